@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Generic, Protocol, TypeVar
 
 from devices.clock import Clock
 from devices.streams import StreamClosedError
+from scenes.workers.task import Task
 
 
 class Timed(Protocol):
@@ -85,8 +85,8 @@ class IteratorDevice(Generic[M]):
     def __init__(self, name: str, messages: Callable[[], Iterator[M]]) -> None:
         self._name = name
         self._messages = messages
-        self._thread: threading.Thread | None = None
-        self._stopping = threading.Event()
+        self._target: tuple[Sink[M], Clock] | None = None
+        self._task = Task(name, self._emit)
         self._emitted = 0
         self._failure: Exception | None = None
 
@@ -97,29 +97,29 @@ class IteratorDevice(Generic[M]):
 
     def start(self, sink: Sink[M], clock: Clock) -> None:
         """See `Device.start`."""
-        if self._thread is not None:
+        if self._target is not None:
             raise ValueError(f"{self._name}: started before; make a new one to start again")
-        self._thread = threading.Thread(
-            target=self._emit, args=(sink, clock), name=self._name, daemon=True
-        )
-        self._thread.start()
+        self._target = sink, clock
+        self._task.start()
 
     def stop(self) -> None:
         """See `Device.stop`."""
-        self._stopping.set()
-        if self._thread is not None and self._thread is not threading.current_thread():
-            self._thread.join()
+        self._task.cancel()
+        self._task.join()
 
     def status(self) -> DeviceStatus:
         """See `Device.status`."""
-        running = self._thread is not None and self._thread.is_alive()
-        return DeviceStatus(self._name, running, self._emitted, str(self._failure or ""))
+        return DeviceStatus(
+            self._name, self._task.is_running, self._emitted, str(self._failure or "")
+        )
 
-    def _emit(self, sink: Sink[M], clock: Clock) -> None:
+    def _emit(self, task: Task[None]) -> None:
+        assert self._target is not None
+        sink, clock = self._target
         try:
             for message in self._messages():
                 clock.sleep_until(message.t_ns)
-                if self._stopping.is_set():
+                if task.is_cancelled:
                     break
                 sink.put(message)
                 self._emitted += 1

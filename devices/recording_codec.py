@@ -203,91 +203,118 @@ def json_schema(name: str) -> bytes:
     return json.dumps({"title": name, "type": "object", "properties": properties}).encode()
 
 
+_HeadAndFields = tuple[tuple[str, str, int, int], dict[str, Any]]
+"""Topic, schema, time and sequence number of a message, and its fields."""
+
+
 def encode_message(value: RecordedValue) -> Encoded:
-    """The file's form of a message.
+    """Return the file's form of a message.
 
     Raises:
         ValueError: a number is not finite.
     """
-    if isinstance(value, EncodedFrame):
-        fields: dict[str, Any] = {
-            "timestamp": {"sec": value.t_ns // 10**9, "nsec": value.t_ns % 10**9},
-            "frame_id": value.stream_id,
-            "data": base64.b64encode(value.data).decode("ascii"),
-            "format": VIEWERS_CODECS.get(value.codec, value.codec),
-            "keyframe": value.keyframe,
-        }
-        if value.begins:
-            fields["begins"] = True
-        head = (f"/{value.stream_id}/video", "foxglove.CompressedVideo", value.t_ns, value.seq)
-    elif isinstance(value, FrameStamp):
-        fields = {
-            "received_ns": value.received_ns,
-            "world_from_rig": _optional_pose_to_json(value.world_from_rig),
-        }
-        if value.steps_ms:
-            fields["steps_ms"] = list(value.steps_ms)
-        if value.search_ended is not None:
-            fields["search_ended"] = value.search_ended
-        head = (f"/{value.stream_id}/frame", "gaussiannexus.FrameStamp", value.t_ns, value.seq)
-    elif isinstance(value, RecordedTrack):
-        fields = track_to_json(value.track)
-        track = value.track
-        head = (
-            f"/tracks/{value.method}",
-            "gaussiannexus.TrackedObject",
-            track.t_ns,
-            track.source_seq,
-        )
-    elif isinstance(value, RecordedTruth):
-        fields = {
-            "objects": {k: _pose_to_json(p) for k, p in value.world_from_object.items()},
-            "visible_fraction": dict(value.visible_fraction),
-            "moved": sorted(value.moved),
-            "world_from_rig": _pose_to_json(value.world_from_rig),
-        }
-        # Left out where there is nothing to say: most frames of most recordings.
-        if value.faults:
-            fields["faults"] = dict(value.faults)
-        if value.captured_ns is not None:
-            fields["captured_ns"] = value.captured_ns
-        head = ("/truth", "gaussiannexus.Truth", value.t_ns, value.seq)
-    elif isinstance(value, RecordedAvatar):
-        avatar = value.avatar
-        fields = {
-            "user_id": avatar.user_id,
-            "role": avatar.role,
-            "world_from_head": _pose_to_json(avatar.world_from_head),
-            "hands": [hand.tolist() for hand in avatar.hands],
-            "ray": None if avatar.ray is None else avatar.ray.tolist(),
-        }
-        head = ("/avatars", "gaussiannexus.Avatar", value.t_ns, 0)
-    elif isinstance(value, RecordedSurface):
-        surface = value.surface
-        fields = {
-            "surface_id": surface.surface_id,
-            "corners_in_world": np.asarray(surface.corners_in_world, dtype=np.float64).tolist(),
-            "size_px": list(surface.size_px),
-            "stream_id": surface.stream_id,
-        }
-        head = ("/surfaces", "gaussiannexus.LiveSurface", value.t_ns, 0)
-    elif isinstance(value, RecordedAnnotation):
-        line = value.annotation
-        fields = {
-            "annotation_id": line.annotation_id,
-            "user_id": line.user_id,
-            "points_in_world": np.asarray(line.points_in_world, dtype=np.float64).tolist(),
-            "colour": list(line.colour),
-        }
-        head = ("/annotations", "gaussiannexus.Annotation", value.t_ns, 0)
-    else:
-        fields = {"source": value.source, "kind": value.kind, "text": value.text}
-        head = ("/events", "gaussiannexus.Event", value.t_ns, 0)
+    head, fields = _head_and_fields(value)
     try:
         data = json.dumps(fields, allow_nan=False).encode()
     except ValueError:
         raise ValueError(f"recording: {head[0]} at {head[2]} ns: a number is not finite") from None
     return Encoded(*head, data)
+
+
+def _head_and_fields(value: RecordedValue) -> _HeadAndFields:
+    match value:
+        case EncodedFrame():
+            return _encoded_video(value)
+        case FrameStamp():
+            return _encoded_stamp(value)
+        case RecordedTrack():
+            track, topic = value.track, f"/tracks/{value.method}"
+            head = topic, "gaussiannexus.TrackedObject", track.t_ns, track.source_seq
+            return head, track_to_json(track)
+        case RecordedTruth():
+            return _encoded_truth(value)
+        case RecordedAvatar():
+            return _encoded_avatar(value)
+        case RecordedSurface():
+            return _encoded_surface(value)
+        case RecordedAnnotation():
+            return _encoded_annotation(value)
+        case _:
+            head = "/events", "gaussiannexus.Event", value.t_ns, 0
+            return head, {"source": value.source, "kind": value.kind, "text": value.text}
+
+
+def _encoded_video(value: EncodedFrame) -> _HeadAndFields:
+    fields: dict[str, Any] = {
+        "timestamp": {"sec": value.t_ns // 10**9, "nsec": value.t_ns % 10**9},
+        "frame_id": value.stream_id,
+        "data": base64.b64encode(value.data).decode("ascii"),
+        "format": VIEWERS_CODECS.get(value.codec, value.codec),
+        "keyframe": value.keyframe,
+    }
+    if value.begins:
+        fields["begins"] = True
+    topic = f"/{value.stream_id}/video"
+    return (topic, "foxglove.CompressedVideo", value.t_ns, value.seq), fields
+
+
+def _encoded_stamp(value: FrameStamp) -> _HeadAndFields:
+    fields: dict[str, Any] = {
+        "received_ns": value.received_ns,
+        "world_from_rig": _optional_pose_to_json(value.world_from_rig),
+    }
+    if value.steps_ms:
+        fields["steps_ms"] = list(value.steps_ms)
+    if value.search_ended is not None:
+        fields["search_ended"] = value.search_ended
+    topic = f"/{value.stream_id}/frame"
+    return (topic, "gaussiannexus.FrameStamp", value.t_ns, value.seq), fields
+
+
+def _encoded_truth(value: RecordedTruth) -> _HeadAndFields:
+    fields: dict[str, Any] = {
+        "objects": {k: _pose_to_json(p) for k, p in value.world_from_object.items()},
+        "visible_fraction": dict(value.visible_fraction),
+        "moved": sorted(value.moved),
+        "world_from_rig": _pose_to_json(value.world_from_rig),
+    }
+    # Left out where there is nothing to say: most frames of most recordings.
+    if value.faults:
+        fields["faults"] = dict(value.faults)
+    if value.captured_ns is not None:
+        fields["captured_ns"] = value.captured_ns
+    return ("/truth", "gaussiannexus.Truth", value.t_ns, value.seq), fields
+
+
+def _encoded_avatar(value: RecordedAvatar) -> _HeadAndFields:
+    avatar = value.avatar
+    return ("/avatars", "gaussiannexus.Avatar", value.t_ns, 0), {
+        "user_id": avatar.user_id,
+        "role": avatar.role,
+        "world_from_head": _pose_to_json(avatar.world_from_head),
+        "hands": [hand.tolist() for hand in avatar.hands],
+        "ray": None if avatar.ray is None else avatar.ray.tolist(),
+    }
+
+
+def _encoded_surface(value: RecordedSurface) -> _HeadAndFields:
+    surface = value.surface
+    return ("/surfaces", "gaussiannexus.LiveSurface", value.t_ns, 0), {
+        "surface_id": surface.surface_id,
+        "corners_in_world": np.asarray(surface.corners_in_world, dtype=np.float64).tolist(),
+        "size_px": list(surface.size_px),
+        "stream_id": surface.stream_id,
+    }
+
+
+def _encoded_annotation(value: RecordedAnnotation) -> _HeadAndFields:
+    line = value.annotation
+    return ("/annotations", "gaussiannexus.Annotation", value.t_ns, 0), {
+        "annotation_id": line.annotation_id,
+        "user_id": line.user_id,
+        "points_in_world": np.asarray(line.points_in_world, dtype=np.float64).tolist(),
+        "colour": list(line.colour),
+    }
 
 
 def decode_message(encoded: Encoded) -> RecordedValue:

@@ -43,7 +43,7 @@ Watch = Callable[[SessionOutput], None]
 
 @dataclass(frozen=True, slots=True)
 class Performance:
-    """What a rehearsal gave: the figures, and where the rest of it lies."""
+    """Results of a rehearsal: the figures, and the folder of the rest."""
 
     rows: list[Row]
     folder: Path
@@ -120,23 +120,31 @@ def perform(
         rows = result_rows(session, notes, result)
         if session.info.scenario:
             (part / SCENARIO).write_text(session.info.scenario, encoding="utf-8")
-        report = Report(
-            verb=verb,
-            session=session,
-            boards=notes.boards,
-            events=_events(session.info, notes, result),
-            result=result,
-            rows=rows,
-            stills=stills,
+        _write_report(
+            Report(
+                verb=verb,
+                session=session,
+                boards=notes.boards,
+                events=_events(session.info, notes, result),
+                result=result,
+                rows=rows,
+                stills=stills,
+            ),
+            part,
         )
-        (part / REPORT_HTML).write_text(render_report(report), encoding="utf-8")
-        values = as_json(verb, rows, session.info.seed)
-        if result.cut_short is not None:
-            values["cut_short"] = result.cut_short.text
-        if session.info.fork is not None:
-            values["fork"] = asdict(session.info.fork)
-        (part / REPORT_JSON).write_text(json.dumps(values, indent=2) + "\n", encoding="utf-8")
     return Performance(rows, target, "" if result.cut_short is None else result.cut_short.text)
+
+
+def _write_report(report: Report, folder: Path) -> None:
+    """Write a report as a page, and its figures as JSON."""
+    info, cut_short = report.session.info, report.result.cut_short
+    (folder / REPORT_HTML).write_text(render_report(report), encoding="utf-8")
+    values = as_json(report.verb, list(report.rows), info.seed)
+    if cut_short is not None:
+        values["cut_short"] = cut_short.text
+    if info.fork is not None:
+        values["fork"] = asdict(info.fork)
+    (folder / REPORT_JSON).write_text(json.dumps(values, indent=2) + "\n", encoding="utf-8")
 
 
 @dataclass(frozen=True, slots=True)
@@ -224,7 +232,7 @@ def _story(info: SessionInfo) -> str:
 
 
 def _events(info: SessionInfo, notes: Notes, result: SessionResult) -> tuple[tuple[int, str], ...]:
-    """What happened, in order of time, where the fork begins, and where all was cut short."""
+    """Return the events in order of time, with the fork's beginning and an early end."""
     if result.cut_short is not None:
         notes.events.append((result.cut_short.t_ns, result.cut_short.text))
     if info.fork is None:

@@ -11,6 +11,7 @@ from devices.camera.received import Received
 from devices.camera.stream_decoder import DecodedPictures, StreamDecoder
 from devices.camera.units import IDLE_S, SourceError
 from devices.clock import Clock
+from scenes.workers.task import Task
 
 CLOSE_S = 5.0
 """Seconds that `close` waits for the thread; a picture of 5760 × 2880 takes it 0.1 s."""
@@ -39,8 +40,8 @@ class Decoding:
         self._hand_out = hand_out
         self._taken: deque[tuple[int, int, int | None]] = deque(maxlen=MOST_HELD_BACK)
         self._error: SourceError | None = None
-        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
-        self._thread.start()
+        self._task = Task(name, self._run)
+        self._task.start()
 
     @property
     def skipped(self) -> int:
@@ -71,8 +72,8 @@ class Decoding:
         """
         if self._error is not None:
             raise self._error
-        if not self._thread.is_alive():
-            raise RuntimeError(f"{self._thread.name}: died; its error is in the log above")
+        if not self._task.is_running:
+            raise RuntimeError(f"{self._task.name}: died; its error is in the log above")
 
     def finish(self, stop: threading.Event) -> SourceError | None:
         """Wait until what waits is decoded, and what the decoders hold back; or for `stop`.
@@ -81,8 +82,8 @@ class Decoding:
             Why pictures could not be decoded, if so.
         """
         self._backlog.close(finish=True)
-        while self._thread.is_alive() and not stop.is_set():
-            self._thread.join(IDLE_S)
+        while not stop.is_set() and not self._task.join(IDLE_S):
+            pass
         return self._error
 
     def close(self) -> None:
@@ -92,11 +93,10 @@ class Decoding:
             RuntimeError: it did not end within `CLOSE_S`.
         """
         self._backlog.close(finish=False)
-        self._thread.join(CLOSE_S)
-        if self._thread.is_alive():
-            raise RuntimeError(f"{self._thread.name}: did not end within {CLOSE_S:g} s")
+        if not self._task.join(CLOSE_S):
+            raise RuntimeError(f"{self._task.name}: did not end within {CLOSE_S:g} s")
 
-    def _run(self) -> None:
+    def _run(self, _task: Task[None]) -> None:
         try:
             while (arrived := self._backlog.take()) is not None:
                 self._take(arrived)

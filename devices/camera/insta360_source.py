@@ -13,6 +13,7 @@ from devices.insta360.commands import CameraInfo
 from devices.insta360.errors import CameraError
 from devices.insta360.preview import PreviewClient
 from devices.insta360.preview_data import PreviewLimits
+from scenes.workers.task import Task
 
 LIMITS = PreviewLimits(connect_s=2.0, reply_s=2.0, packet_s=2.0, picture_s=3.0)
 """How long it waits, seconds: shorter than the defaults, for it is tried again at once."""
@@ -62,26 +63,20 @@ class Insta360Source:
 
     def _opened(self, client: PreviewClient, stop: threading.Event) -> Iterator[Idle]:
         """Connect and start the preview on a thread, so that a close is seen meanwhile."""
-        failed: list[CameraError] = []
-        opening = threading.Thread(
-            target=self._open, args=(client, failed), name="open insta360", daemon=True
-        )
+        opening = Task("open insta360", lambda _: self._open(client), expected=CameraError)
         opening.start()
-        while opening.is_alive() and not stop.is_set():
+        while opening.is_running and not stop.is_set():
             opening.join(IDLE_S)
             yield Idle(f"connecting to {self._address.shown}", connected=False)
-        if failed:
-            raise failed[0]
+        if isinstance(opening.error, CameraError):
+            raise opening.error
 
-    def _open(self, client: PreviewClient, failed: list[CameraError]) -> None:
-        try:
-            client.connect()
-            if self._unix_s is not None:
-                client.set_time(self._unix_s())
-            self.info = client.info()
-            client.start()
-        except CameraError as error:
-            failed.append(error)
+    def _open(self, client: PreviewClient) -> None:
+        client.connect()
+        if self._unix_s is not None:
+            client.set_time(self._unix_s())
+        self.info = client.info()
+        client.start()
 
     def _received(self, client: PreviewClient, stop: threading.Event) -> Iterator[Unit | Idle]:
         form: StreamFormat | None = None

@@ -27,6 +27,7 @@ from devices.camera.units import (
 from devices.clock import Clock
 from devices.messages import EncodedFrame, Event
 from devices.streams import Slot, StreamClosedError, StreamFullError
+from scenes.workers.task import Task
 
 HELD_AFTER_NS = 1_000_000_000
 """Age of the last picture, nanoseconds, from which it is called held: 30 missed at 30 Hz."""
@@ -93,7 +94,6 @@ class CameraReceiver:
         self._packets = packets
         self._stream_id = stream_id
         self._make_source = make_source
-        self._stop = threading.Event()
         self._lock = threading.Lock()
         self._status = CameraStatus(CameraState.CONNECTING, f"connecting to {address.shown}")
         self._last: Received | None = None
@@ -103,8 +103,8 @@ class CameraReceiver:
         self._formats: dict[int, StreamFormat] = {}
         self._decoding: Decoding | None = None
         self._is_held = False
-        self._thread = threading.Thread(target=self._run, name=f"receive {stream_id}", daemon=True)
-        self._thread.start()
+        self._task = Task(f"receive {stream_id}", self._run)
+        self._task.start()
 
     @property
     def address(self) -> CameraAddress:
@@ -150,16 +150,15 @@ class CameraReceiver:
         Raises:
             RuntimeError: the thread did not end within `CLOSE_S`.
         """
-        self._stop.set()
-        self._thread.join(CLOSE_S)
-        if self._thread.is_alive():
+        self._task.cancel()
+        if not self._task.join(CLOSE_S):
             raise RuntimeError(
                 f"{self._address.shown}: receiving did not stop within {CLOSE_S:g} s"
             )
 
-    def _run(self) -> None:
+    def _run(self, task: Task[None]) -> None:
         try:
-            self._receive()
+            self._receive(task)
         finally:
             if self._source is not None:
                 self._source.close()
@@ -167,25 +166,25 @@ class CameraReceiver:
                 self._decoding.close()
             self.latest.close()
 
-    def _receive(self) -> None:
+    def _receive(self, task: Task[None]) -> None:
         wait_s = FIRST_WAIT_S
-        while not self._stop.is_set():
+        while not task.is_cancelled:
             before = self._status.pictures
             try:
                 if self._source is None:
                     self._source = self._make_source(self._address, self._clock)
                     self._decoding = self._start_decoding(self._source.tracks)
-                for unit in self._source.units(self._stop):
+                for unit in self._source.units(task.cancelled):
                     self._take(unit)
                 text, is_final = f"{self._address.shown}: the stream ended", False
             except StreamEndedError as error:
-                failure = None if self._decoding is None else self._decoding.finish(self._stop)
+                failure = None if self._decoding is None else self._decoding.finish(task.cancelled)
                 state = CameraState.ENDED if failure is None else CameraState.FAILED
                 self._end(state, str(failure or error))
                 return
             except SourceError as error:
                 text, is_final = str(error), error.is_final
-            if self._stop.is_set():
+            if task.is_cancelled:
                 return
             if is_final:
                 self._end(CameraState.FAILED, text)
@@ -194,7 +193,7 @@ class CameraReceiver:
             self._say(CameraState.WAITING, f"{text}; trying again")
             self._notice_hold()
             # Whoever listens has nothing to try again, and must not keep a camera waiting.
-            self._stop.wait(0.0 if self.listening_at else wait_s)
+            task.pause(0.0 if self.listening_at else wait_s)
             wait_s = min(2 * wait_s, LONGEST_WAIT_S)
 
     def _start_decoding(self, tracks: int) -> Decoding:

@@ -12,6 +12,7 @@ import time
 from collections import deque
 
 from devices.camera.units import SourceError
+from scenes.workers.task import Task
 
 PACKET_BYTES, SYNC = 188, 0x47
 """Size of a packet of a transport stream, and its first byte (ISO/IEC 13818-1, 2.4.3.2)."""
@@ -56,8 +57,8 @@ class TsDatagrams:
         self._changed = threading.Condition()
         self._is_closed = False
         self._socket = _bound(host, port)
-        self._thread = threading.Thread(target=self._receive, name="receive UDP", daemon=True)
-        self._thread.start()
+        self._task = Task("receive UDP", self._receive)
+        self._task.start()
 
     @property
     def port(self) -> int:
@@ -83,10 +84,10 @@ class TsDatagrams:
         with self._changed:
             self._is_closed = True
             self._changed.notify_all()
-        self._thread.join()
+        self._task.join()
         self._socket.close()
 
-    def _receive(self) -> None:
+    def _receive(self, _task: Task[None]) -> None:
         while not self._is_closed:
             try:
                 data, sender = self._socket.recvfrom(MOST_DATAGRAM_BYTES)

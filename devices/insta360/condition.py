@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-import threading
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from devices.camera.address import AddressKind, CameraAddress
 from devices.clock import Clock
 from devices.insta360.errors import CameraError
 from devices.insta360.osc import PORT, OscClient
+from scenes.workers.task import Task
 
 EVERY_S = 15.0
 """Time between two rounds of questions. A battery that lasts an hour falls by 0.4 % in it."""
@@ -87,10 +89,8 @@ class ConditionWatch:
     ) -> None:
         self._client = OscClient(host, port, clock=clock)
         self._unix_s, self._say, self._every_s = unix_s, say, every_s
-        self._over = threading.Event()
         self._last: CameraCondition | None = None
-        self._thread = threading.Thread(target=self._watch, name="camera condition", daemon=True)
-        self._thread.start()
+        self._task = Task("camera condition", self._watch).start()
 
     @property
     def last(self) -> CameraCondition | None:
@@ -99,29 +99,29 @@ class ConditionWatch:
 
     def close(self) -> None:
         """Stop asking; a question that waits for its reply ends by itself."""
-        self._over.set()
+        self._task.cancel()
 
-    def _watch(self) -> None:
+    def _watch(self, task: Task[None]) -> None:
         told = 1.0
-        while not self._over.is_set():
+        while not task.is_cancelled:
             try:
-                self._last = self._asked()
+                self._last = self._ask(task)
             except CameraError:
                 self._last = None
             if self._last is not None and self._last.battery is not None:
                 told = self._tell(self._last.battery, told)
-            self._over.wait(self._every_s)
+            task.pause(self._every_s)
 
-    def _asked(self) -> CameraCondition:
-        """One round of questions.
+    def _ask(self, task: Task[None]) -> CameraCondition:
+        """Ask one round of questions.
 
         Raises:
             CameraError: one had no answer.
         """
         info = self._client.info()
-        self._over.wait(PAUSE_S)
+        task.pause(PAUSE_S)
         state = self._client.state()
-        self._over.wait(PAUSE_S)
+        task.pause(PAUSE_S)
         return CameraCondition(
             info.model, info.serial, info.firmware, state.battery, state.card, self._ahead_s()
         )
@@ -142,3 +142,18 @@ class ConditionWatch:
             return 1.0 if battery > LOW_BATTERIES[0] else told
         self._say(f"the camera's battery is at {battery:.0%}: plug it in")
         return min(reached)
+
+
+def watch_condition(
+    camera: CameraAddress, clock: Clock, *, say: Callable[[str], None]
+) -> ConditionWatch | None:
+    """Start to ask a camera that has words beside its pictures; None for others.
+
+    Args:
+        camera: its address.
+        clock: session time.
+        say: see `ConditionWatch`.
+    """
+    if camera.kind is not AddressKind.INSTA360:
+        return None
+    return ConditionWatch(camera.host, camera.http_port, clock=clock, unix_s=time.time, say=say)

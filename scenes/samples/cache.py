@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
+import io
 import json
 import logging
-import tempfile
 import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -19,6 +19,7 @@ import cv2
 import numpy as np
 import platformdirs
 
+from scenes.formats.storage.atomic import write_whole
 from scenes.mesh import BoxPart, QrCode, TexturedMesh
 from scenes.pose import Pose
 from scenes.samples.atlas import mesh_from_surfaces
@@ -90,7 +91,6 @@ def save(part: StaticPart, path: Path) -> None:
     Raises:
         OSError: the folder or the file cannot be written.
     """
-    path.parent.mkdir(parents=True, exist_ok=True)
     labels = [{"payload": c.payload, "side_m": c.side_m} for c in part.codes]
     arrays = {
         "vertices": part.mesh.vertices,
@@ -102,15 +102,9 @@ def save(part: StaticPart, path: Path) -> None:
         "code_poses": np.stack([c.world_from_code.matrix() for c in part.codes]),
         "code_labels": np.array(json.dumps(labels)),
     }
-    with tempfile.NamedTemporaryFile(dir=path.parent, suffix=".part", delete=False) as file:
-        partial = Path(file.name)
-        try:
-            np.savez(file, allow_pickle=False, **arrays)
-            file.close()
-            partial.replace(path)
-        except BaseException:
-            partial.unlink(missing_ok=True)
-            raise
+    file = io.BytesIO()
+    np.savez(file, allow_pickle=False, **arrays)
+    write_whole(path, [file.getbuffer()], makes_folder=True)
 
 
 def load(path: Path) -> StaticPart:

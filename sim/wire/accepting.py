@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import socket
-import threading
 from collections.abc import Callable
+
+from scenes.workers.task import Task
 
 WAIT_S = 0.1
 """Longest wait for a connection, seconds: how soon a close is noticed."""
@@ -27,9 +28,8 @@ class AcceptingPort:
         self._listener.settimeout(WAIT_S)
         bound_host, bound_port = self._listener.getsockname()[:2]
         self._address = str(bound_host), int(bound_port)
-        self._stop = threading.Event()
         self._taken: Callable[[socket.socket], None] | None = None
-        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
+        self._task = Task(name, self._run)
 
     @property
     def address(self) -> tuple[str, int]:
@@ -39,17 +39,16 @@ class AcceptingPort:
     def start(self, taken: Callable[[socket.socket], None]) -> None:
         """Hand every connection to `taken`, on the port's thread, which it may keep busy."""
         self._taken = taken
-        self._thread.start()
+        self._task.start()
 
     def close(self) -> None:
         """Stop listening; waits for the thread. Harmless when closed."""
-        self._stop.set()
-        if self._thread.ident is not None:
-            self._thread.join()
+        self._task.cancel()
+        self._task.join()
         self._listener.close()
 
-    def _run(self) -> None:
-        while not self._stop.is_set():
+    def _run(self, task: Task[None]) -> None:
+        while not task.is_cancelled:
             try:
                 connection, _from = self._listener.accept()
             except TimeoutError:

@@ -15,6 +15,7 @@ from random import Random
 from socketserver import TCPServer, ThreadingMixIn
 from typing import Any, cast
 
+from scenes.workers.task import Task
 from sim.wire.osc_camera import OscCamera
 
 LARGEST_REQUEST_BYTES = 1 << 16
@@ -67,12 +68,9 @@ class OscServer:
         self.faults = OscFaults()
         self._camera, self._random = camera, Random(seed)
         self._lock = threading.Lock()
-        self._over = threading.Event()
+        self._task = Task("camera HTTP", lambda _: self._http.serve_forever(0.1))
         self._http = _Http((host, port), self)
-        self._thread = threading.Thread(
-            target=self._http.serve_forever, args=(0.1,), name="camera HTTP", daemon=True
-        )
-        self._thread.start()
+        self._task.start()
 
     @property
     def address(self) -> tuple[str, int]:
@@ -87,9 +85,9 @@ class OscServer:
 
     def close(self) -> None:
         """Stop listening; harmless when closed."""
-        self._over.set()
+        self._task.cancel()
         self._http.shutdown()
-        self._thread.join()
+        self._task.join()
         self._http.server_close()
 
     def answer(self, path: str, value: dict[str, Any], base_url: str) -> tuple[int, bytes]:
@@ -110,7 +108,7 @@ class OscServer:
 
     def wait(self, seconds: float) -> None:
         """Wait, but not longer than the server lives."""
-        self._over.wait(seconds)
+        self._task.pause(seconds)
 
 
 class _Http(ThreadingMixIn, HTTPServer):

@@ -40,6 +40,7 @@ from devices.insta360.packets import (
 )
 from devices.insta360.protobuf import ProtobufError, bytes_field, message, varint_field
 from devices.messages import EncodedFrame
+from scenes.workers.task import Task
 from sim.wire.accepting import AcceptingPort
 
 Feed = Callable[[], Iterator[EncodedFrame]]
@@ -224,15 +225,14 @@ class _Client:
         self._socket.settimeout(WAIT_S)
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._sending = threading.Lock()
-        self._over = threading.Event()
+        self._reader = Task("camera 6666 reads", self._read)
         self._vanished = threading.Event()
-        self._preview: tuple[threading.Thread, threading.Event] | None = None
-        self._reader = threading.Thread(target=self._read, name="camera 6666 reads", daemon=True)
+        self._preview: Task[None] | None = None
         self._reader.start()
 
     def close(self) -> None:
         """Hang up and wait for the threads."""
-        self._over.set()
+        self._reader.cancel()
         with suppress(OSError):
             self._socket.shutdown(socket.SHUT_RDWR)
         self._reader.join(CLOSE_S)
@@ -241,12 +241,12 @@ class _Client:
         """Send and read nothing any more, without hanging up."""
         self._vanished.set()
 
-    def _read(self) -> None:
+    def _read(self, _task: Task[None]) -> None:
         parser, silent_s = PacketParser(), 0.0
         try:
-            while not self._over.is_set() and silent_s < SILENCE_S:
+            while not self._reader.is_cancelled and silent_s < SILENCE_S:
                 if self._server.faults.half_open or self._vanished.is_set():
-                    self._over.wait(WAIT_S)
+                    self._reader.pause(WAIT_S)
                     continue
                 try:
                     data = self._socket.recv(1 << 16)
@@ -277,24 +277,18 @@ class _Client:
 
     def _start_preview(self) -> None:
         self._stop_preview()
-        stop = threading.Event()
-        thread = threading.Thread(
-            target=self._stream, args=(stop,), name="camera 6666 sends", daemon=True
-        )
-        self._preview = (thread, stop)
-        thread.start()
+        self._preview = Task("camera 6666 sends", self._stream).start()
 
     def _stop_preview(self) -> None:
         if self._preview is not None:
-            thread, stop = self._preview
-            self._preview = None
-            stop.set()
-            thread.join(CLOSE_S)
+            preview, self._preview = self._preview, None
+            preview.cancel()
+            preview.join(CLOSE_S)
 
-    def _stream(self, stop: threading.Event) -> None:
+    def _stream(self, task: Task[None]) -> None:
         try:
             for due_ns, frame in self._server.units():
-                if stop.is_set() or self._over.is_set() or self._vanished.is_set():
+                if task.is_cancelled or self._reader.is_cancelled or self._vanished.is_set():
                     return
                 faults = self._server.faults
                 if faults.frozen or faults.half_open:
@@ -308,7 +302,7 @@ class _Client:
                 self._send(Stream(VIDEO, stamp, frame.data))
                 self._server.sent_units += 1
         except OSError:
-            self._over.set()
+            self._reader.cancel()
         except CameraProtocolError as error:
             body = message(varint_field(1, _EXECUTE), bytes_field(2, str(error)))
             with suppress(OSError):
@@ -327,5 +321,5 @@ class _Client:
                     waited_s = 0.0
                 except TimeoutError:
                     waited_s += WAIT_S
-                    if waited_s >= SEND_S or self._over.is_set():
+                    if waited_s >= SEND_S or self._reader.is_cancelled:
                         raise

@@ -12,6 +12,8 @@ import threading
 from contextlib import suppress
 from dataclasses import dataclass, field
 
+from scenes.workers.task import Task
+
 WAIT_S = 0.02
 """How often the relay looks for a command, seconds: how late a fault may begin."""
 
@@ -52,14 +54,13 @@ class TcpRelay:
         self._sides: dict[int, _Side] = {}
         self._dead: list[socket.socket] = []
         self._garbage = b""
-        self._stop = threading.Event()
         self._selector = selectors.DefaultSelector()
         self._listener = socket.create_server(("127.0.0.1", 0), backlog=32)
         self._listener.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, HELD_BYTES)
         self._listener.setblocking(False)
         self._selector.register(self._listener, selectors.EVENT_READ)
-        self._thread = threading.Thread(target=self._run, name="TCP relay", daemon=True)
-        self._thread.start()
+        self._task = Task("TCP relay", self._run)
+        self._task.start()
 
     @property
     def address(self) -> tuple[str, int]:
@@ -96,8 +97,8 @@ class TcpRelay:
 
     def close(self) -> None:
         """Stop, and close everything."""
-        self._stop.set()
-        self._thread.join()
+        self._task.cancel()
+        self._task.join()
         self.cut()
         for dead in self._dead:
             dead.close()
@@ -110,8 +111,8 @@ class TcpRelay:
             self._dead.append(side.socket)
         self._sides.clear()
 
-    def _run(self) -> None:
-        while not self._stop.is_set():
+    def _run(self, task: Task[None]) -> None:
+        while not task.is_cancelled:
             ready = self._selector.select(WAIT_S)
             with self._lock:
                 for key, _ in ready:
@@ -191,12 +192,11 @@ class UdpRelay:
         self._target = target
         self._is_hole = False
         self._garbage = b""
-        self._stop = threading.Event()
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.bind(("127.0.0.1", 0))
         self._socket.settimeout(WAIT_S)
-        self._thread = threading.Thread(target=self._run, name="UDP relay", daemon=True)
-        self._thread.start()
+        self._task = Task("UDP relay", self._run)
+        self._task.start()
 
     @property
     def address(self) -> tuple[str, int]:
@@ -218,12 +218,12 @@ class UdpRelay:
 
     def close(self) -> None:
         """Stop."""
-        self._stop.set()
-        self._thread.join()
+        self._task.cancel()
+        self._task.join()
         self._socket.close()
 
-    def _run(self) -> None:
-        while not self._stop.is_set():
+    def _run(self, task: Task[None]) -> None:
+        while not task.is_cancelled:
             with suppress(OSError):
                 data = self._socket.recv(READ_BYTES)
                 if self._is_hole:

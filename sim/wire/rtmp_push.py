@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -10,6 +9,7 @@ from devices.camera.rtmp.chunks import RtmpError
 from devices.clock import Clock
 from devices.messages import EncodedFrame
 from devices.video import H264Encoder
+from scenes.workers.task import Task
 from sim.wire.feed import FedPicture, paced
 from sim.wire.flv_packets import avc_header, avc_picture
 from sim.wire.rtmp_client import RtmpClient
@@ -62,32 +62,31 @@ class RtmpPush:
         self._options = options or StreamOptions()
         self._reconnects = reconnects
         self._shape: tuple[int, ...] = ()
-        self._stop = threading.Event()
+        self._task = Task("push RTMP", self._run)
         self.sent = 0
         """Pictures handed to the connection."""
         self.connections = 0
         """Connections made."""
         self.error = ""
         """What broke the last connection, in words."""
-        self._thread = threading.Thread(target=self._run, name="push RTMP", daemon=True)
-        self._thread.start()
+        self._task.start()
 
     @property
     def is_running(self) -> bool:
         """Whether it still sends."""
-        return self._thread.is_alive()
+        return self._task.is_running
 
     def close(self) -> None:
         """Stop, and wait for the thread."""
-        self._stop.set()
-        self._thread.join(STALLED_S + 2.0)
+        self._task.cancel()
+        self._task.join(STALLED_S + 2.0)
 
     def join(self, timeout_s: float) -> None:
         """Wait until all pictures are sent."""
-        self._thread.join(timeout_s)
+        self._task.join(timeout_s)
 
-    def _run(self) -> None:
-        while not self._stop.is_set():
+    def _run(self, _task: Task[None]) -> None:
+        while not self._task.is_cancelled:
             try:
                 self._connection()
             except (OSError, RtmpError) as error:
@@ -96,7 +95,7 @@ class RtmpPush:
                 return
             if not self._reconnects:
                 return
-            self._stop.wait(RETRY_S)
+            self._task.pause(RETRY_S)
 
     def _connection(self) -> None:
         """One connection, until the pictures end or it breaks."""
@@ -105,7 +104,7 @@ class RtmpPush:
         encoder: H264Encoder | None = None
         try:
             for picture in self._pictures:
-                if self._stop.is_set():
+                if self._task.is_cancelled:
                     break
                 if encoder is None or picture.rgb.shape != self._shape:
                     encoder = self._encoder(picture)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from scenes.package import ScenePackage
 from scenes.state import ObjectModel
-from studio.compare.floor_cells import CELL_M, LEAST_RANGE_CM, cells_of, mean_errors
+from studio.compare.floor_cells import CELL_M, MIN_RANGE_CM, cells_of, mean_errors
 from studio.compare.run import Run
 from studio.evaluate.figures import (
     COLOURS,
@@ -43,8 +43,8 @@ def error_maps(scene: ScenePackage, a: Run, b: Run, background: Background) -> s
     shape = cells_of(scene.footprint_m)
     maps = [mean_errors(run.board, low, shape) for run in (a, b)]
     difference = maps[1] - maps[0]
-    top = max(LEAST_RANGE_CM, *(float(np.nanmax(m, initial=0.0)) for m in maps))
-    side = max(LEAST_RANGE_CM, float(np.nanmax(np.abs(difference), initial=0.0)))
+    top = max(MIN_RANGE_CM, *(float(np.nanmax(m, initial=0.0)) for m in maps))
+    side = max(MIN_RANGE_CM, float(np.nanmax(np.abs(difference), initial=0.0)))
     with figure_style():
         aspect = float((high[1] - low[1]) / (high[0] - low[0]))
         figure = Figure(figsize=(12.6, 4.0 * aspect + 1.3), layout="constrained")

@@ -12,7 +12,7 @@ from studio.evaluate.scores import ScoreBoard
 CELL_M = 0.25
 """Side of a cell of the map, chosen: half a chair."""
 
-LEAST_RANGE_CM = 2.0
+MIN_RANGE_CM = 2.0
 """Smallest end of the colour scales, so that millimetres don't look like faults."""
 
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import shutil
 from pathlib import Path
 from urllib.parse import quote
 
+from scenes.formats.storage.atomic import write_whole
 from studio.compare.comparison import Comparison, kinship, scenario_difference
 from studio.compare.curves import error_curves
 from studio.compare.error_map import error_maps
@@ -19,6 +19,9 @@ from studio.reports.page import page
 FILMS = "-films"
 """After the page's name without its ending: the folder beside it that holds copies of both films,
 so that page and folder can be moved together and play without the runs."""
+
+COPIED_BYTES = 1 << 20
+"""Bytes of a film that are copied at a time."""
 
 
 def write_comparison(comparison: Comparison, path: Path) -> None:
@@ -34,13 +37,10 @@ def write_comparison(comparison: Comparison, path: Path) -> None:
         if run.film is not None:
             films.mkdir(exist_ok=True)
             name = f"{run.name.lower()}.mp4"
-            part = films / f"{name}.part"
-            shutil.copyfile(run.film, part)
-            part.replace(films / name)
+            with run.film.open("rb") as film:
+                write_whole(films / name, iter(lambda: film.read(COPIED_BYTES), b""))
             sources[run.name] = quote(f"{films.name}/{name}")
-    part = path.with_name(path.name + ".part")
-    part.write_text(render_comparison(comparison, sources), encoding="utf-8")
-    part.replace(path)
+    write_whole(path, render_comparison(comparison, sources))
 
 
 def render_comparison(comparison: Comparison, films: dict[str, str]) -> str:

@@ -1,4 +1,4 @@
-"""What a comparison needs of one rehearsal or fork: read from the folder it left behind."""
+"""One rehearsal or fork as a comparison needs it: read from the folder it left behind."""
 
 from __future__ import annotations
 

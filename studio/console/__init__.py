@@ -1,1 +1,1 @@
-"""What every verb prints: rows of figures, progress, the machine."""
+"""Printed output of all verbs: rows of figures, progress, the machine."""

@@ -1,4 +1,4 @@
-"""What a figure was measured with: this machine and this version of the program."""
+"""Circumstances of a measured figure: this machine and this version of the program."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ PROCESSOR_INFO = Path("/proc/cpuinfo")
 """File in which Linux lists its processors."""
 
 VECTOR_FLAGS = ("avx512f", "avx2", "asimd")
-"""What a processor calls its vector instructions, the widest first."""
+"""Names that processors have for vector instructions, the widest first."""
 
 
 def program_version() -> str:
@@ -44,7 +44,7 @@ def describe_machine() -> dict[str, Any]:
 
 
 def processor_flags() -> set[str]:
-    """What the system says the processor can do; empty where it does not say."""
+    """Return the processor's features as the system lists them; empty where it does not say."""
     match = re.search(r"^(?:flags|Features)\s*:\s*(.*)$", _processor_info(), re.MULTILINE)
     return set(match.group(1).split()) if match else set()
 

@@ -1,4 +1,4 @@
-"""What is present on this machine, what is missing, and what to do about it."""
+"""Parts that are present or missing on this machine, and remedies."""
 
 from __future__ import annotations
 

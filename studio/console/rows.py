@@ -47,7 +47,7 @@ def at_least(
 
 
 def as_json(verb: str, rows: Sequence[Row], seed: int | None = None) -> dict[str, Any]:
-    """What every measuring verb writes with `--json`; values that JSON cannot say are null."""
+    """Return the JSON of every measuring verb's `--json`; values that JSON cannot say are null."""
     return {
         "verb": verb,
         "version": program_version(),

@@ -1,4 +1,4 @@
-"""What moves, as few moments of it as show the same: between two of them one interpolates."""
+"""Motion as the fewest moments that show the same: between two of them one interpolates."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from scenes.pose import Pose
 
-MOST_KEYS = 20_000
+MAX_KEYS = 20_000
 """Of one body, chosen: ten minutes of a body that never rests, at 30 frames a second."""
 
 POSITION_STEP_M = 0.001
@@ -29,7 +29,7 @@ class Keys:
     """Numbers that change with time, kept where they change.
 
     Of a rest, the first and the last moment are kept. When there are too many, every second one
-    goes, and from then on they are kept half as often: memory stays within `MOST_KEYS`.
+    goes, and from then on they are kept half as often: memory stays within `MAX_KEYS`.
 
     Attributes:
         steps: by how much each number must differ to count as changed.
@@ -39,7 +39,7 @@ class Keys:
     """
 
     steps: Values
-    most: int = MOST_KEYS
+    most: int = MAX_KEYS
     t_ms: list[int] = field(default_factory=list[int])
     values: list[Values | None] = field(default_factory=list["Values | None"])
     _resting: tuple[int, Values | None] | None = None

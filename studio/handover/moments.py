@@ -25,7 +25,7 @@ from studio.session.pipeline import CancelledError
 LOST_FRAME = "dropped"
 """Kind of the events that say that a frame was lost: too many to show one by one."""
 
-MOST_EVENTS = 500
+MAX_EVENTS = 500
 """Shown at most, chosen: a list that a person can still look through."""
 
 RAY_STEPS = (0.005,) * 6
@@ -106,8 +106,8 @@ class Moments:
         moments.rays.add(t_ms, None if avatar.ray is None else avatar.ray.ravel().tolist())
 
     def add_event(self, event: Event) -> None:
-        """What happened, but for lost frames, and for what is too much to look through."""
-        if event.kind != LOST_FRAME and len(self.events) < MOST_EVENTS:
+        """Take an event, but no lost frame, and none beyond those that can be looked through."""
+        if event.kind != LOST_FRAME and len(self.events) < MAX_EVENTS:
             self.events.append((event.t_ns // 1_000_000, event.text))
 
     def add_line(self, t_ns: int, line: Annotation) -> None:

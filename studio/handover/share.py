@@ -30,7 +30,7 @@ from studio.session.records.recorded_scene import recorded_scene
 VIEWER, SHEET_MD, SHEET_HTML = "viewer.html", "session-sheet.md", "session-sheet.html"
 PICTURES, ARCHIVE = "pictures", "archive.zip"
 SHARED_NAMES = frozenset({FILM, VIEWER, SHEET_MD, SHEET_HTML, PICTURES, ARCHIVE})
-"""What a folder of ours holds: only such a folder is replaced."""
+"""Names in a folder of ours: only such a folder is replaced."""
 
 VIEWER_BYTES = 25_000_000
 """Of the viewer at most, chosen: what most mail servers still take as an attachment."""
@@ -58,7 +58,7 @@ ALL = frozenset(Part)
 
 @dataclass(frozen=True, slots=True)
 class Shared:
-    """What was made, and where it lies.
+    """The files that were made.
 
     Attributes:
         folder: that holds all of it.
@@ -153,6 +153,10 @@ def share(
         )
 
     write_folder(out, fill, replace=True)
+    return _shared(out, made[-1], parts, note="" if is_whole(folder / RECORDING) else CUT_OFF)
+
+
+def _shared(out: Path, page: ViewerPage | None, parts: frozenset[Part], *, note: str) -> Shared:
     return Shared(
         folder=out,
         film=out / FILM,
@@ -160,10 +164,10 @@ def share(
         sheet=out / SHEET_HTML,
         sheet_markdown=out / SHEET_MD,
         archive=out / ARCHIVE,
-        splats=0 if made[-1] is None else made[-1].splats,
-        of_splats=0 if made[-1] is None else made[-1].of_splats,
+        splats=0 if page is None else page.splats,
+        of_splats=0 if page is None else page.of_splats,
         parts=parts,
-        note="" if is_whole(folder / RECORDING) else CUT_OFF,
+        note=note,
     )
 
 
@@ -314,7 +318,7 @@ def _session_files(folder: Path) -> dict[str, Path]:
 
 
 def _shared_files(part: Path) -> dict[str, Path]:
-    """What was made of it, but the film, which the rehearsal's files hold."""
+    """Return the files that were made, but the film, which the rehearsal's files hold."""
     left_out = {f"shared/{ARCHIVE}", f"shared/{FILM}"}
     return {name: path for name, path in _files(part, "shared").items() if name not in left_out}
 

@@ -26,13 +26,13 @@ WORDS: Mapping[str, str] = {
 }
 """Parts of a figure's name, and what people call them."""
 
-MOST_EVENTS = 40
+MAX_EVENTS = 40
 """On one page, chosen; the viewer and the report have them all."""
 
 
 @dataclass(frozen=True, slots=True)
 class Sheet:
-    """What the sheet says.
+    """Contents of the sheet.
 
     Attributes:
         title: scene and scenario.
@@ -97,7 +97,7 @@ def sheet_of(
         verdict=_verdict(barred),
         facts=tuple(facts),
         figures=tuple(figures),
-        events=tuple((t_ms / 1000.0, text) for t_ms, text in events[:MOST_EVENTS]),
+        events=tuple((t_ms / 1000.0, text) for t_ms, text in events[:MAX_EVENTS]),
         changes=_changes(info),
         pictures=tuple(pictures),
     )

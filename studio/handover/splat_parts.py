@@ -13,7 +13,7 @@ from studio.handover.browser_spz import write_browser_spz
 from studio.session.pipeline import CancelledError
 from studio.view.contact_shadows import contact_shadow, shadow_splats, tilt_of
 
-MOST_SPLATS = 1_500_000
+MAX_SPLATS = 1_500_000
 """Of the room, chosen: what a laptop's own graphics still turn smoothly in a browser."""
 
 OBJECTS_SHARE = 0.5
@@ -99,7 +99,7 @@ def _written(
     name: str, cloud: SplatCloud, folder: Path, *, allowed_bytes: int, cancelled: threading.Event
 ) -> SplatPart:
     path = folder / f"{name}.spz"
-    count = min(len(cloud), MOST_SPLATS)
+    count = min(len(cloud), MAX_SPLATS)
     for _ in range(TRIES):
         if cancelled.is_set():
             raise CancelledError

@@ -165,7 +165,7 @@ def _frame(scene: ScenePackage, info: SessionInfo, licences: str) -> tuple[bytes
 
 
 def _data(scene: ScenePackage, info: SessionInfo, moments: Moments) -> dict[str, Any]:
-    """What the page's own modules read, see `viewer/main.js`."""
+    """Return the data that the page's own modules read, see `viewer/main.js`."""
     ends = {
         object_id: _last_pose(found.poses)
         for object_id, found in moments.objects.items()

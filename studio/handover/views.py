@@ -1,4 +1,4 @@
-"""Where the viewer looks from: a free corner of the room, and from above without the ceiling."""
+"""Viewpoints of the viewer: a free corner of the room, and from above without the ceiling."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def views_of(scene: ScenePackage, places: list[NDArray[np.float64]]) -> dict[str
 def first_places(
     scene: ScenePackage, moved: set[str], world_from_object: dict[str, Pose]
 ) -> list[NDArray[np.float64]]:
-    """Where the objects that move stand at the end; all objects where none moved."""
+    """Return the last places of the objects that move; of all objects where none moved."""
     chosen = [o for o in scene.objects if o.object_id in moved] or list(scene.objects)
     return [world_from_object.get(o.object_id, o.world_from_object).translation for o in chosen]
 

@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 WEB = Path(__file__).resolve().parents[2] / "web"
-"""Where the lock file is, in a checkout."""
+"""Folder of the lock file, in a checkout."""
 
 MODULES: Mapping[str, str] = {
     "three": "three/build/three.module.js",

@@ -45,7 +45,7 @@ RING_ANGLES, RING_TURNS = 24, 48
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Published:
-    """What the session published of one picture, wall times in ns since 1970.
+    """Published results of one picture, wall times in ns since 1970.
 
     Attributes:
         pts_ns: the camera's own time of the picture.

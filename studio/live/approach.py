@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass
 
 from devices.camera.lenses.layout import LensLayout
 from devices.camera.lenses.search import FoundLayout
@@ -13,7 +12,7 @@ from devices.camera.receiver import CameraReceiver
 from devices.footage import FootageError
 from studio.live.placing import PICTURES, SURE, PlacedCamera, PlacingError, layout_of
 from studio.live.setup import LiveSetup
-from studio.live.status import LiveState
+from studio.live.status import Journal, LiveState
 
 POLL_S = 0.1
 """Seconds between looks at the camera while there is nothing else to do."""
@@ -25,19 +24,6 @@ Place = Callable[[list[Received], LensLayout], PlacedCamera]
 """Finds lenses and pose from pictures under a layout; raises `PlacingError` where it cannot."""
 
 
-@dataclass(frozen=True, slots=True)
-class Voice:
-    """Where the approach says how it goes.
-
-    Attributes:
-        say: takes the state and a sentence.
-        note: takes an event's kind and text.
-    """
-
-    say: Callable[[LiveState, str], None]
-    note: Callable[[str, str], None]
-
-
 class Approach:
     """Runs on one thread; answers come from others.
 
@@ -45,7 +31,7 @@ class Approach:
         receiver: of the camera.
         setup: the devices.
         place: finds lenses and pose.
-        voice: says how it goes.
+        journal: takes how it goes.
         asks: whether a person confirms a doubtful layout, and says when to try again.
     """
 
@@ -55,12 +41,12 @@ class Approach:
         setup: LiveSetup,
         *,
         place: Place,
-        voice: Voice,
+        journal: Journal,
         asks: bool,
     ) -> None:
         self._receiver = receiver
         self._place = place
-        self._voice = voice
+        self._journal = journal
         self._asks = asks
         self._chosen = setup.layout
         self._found: FoundLayout | None = None
@@ -101,14 +87,14 @@ class Approach:
             layout = self._agreed_layout(pictures[-1])
             if layout is None:
                 return None
-            self._voice.say(LiveState.PLACING, "finding lenses and place of the camera")
+            self._journal.say(LiveState.PLACING, "finding lenses and place of the camera")
             try:
                 return self._place(pictures, layout)
             except (PlacingError, FootageError, OSError) as error:
                 if not self._asks:
                     raise
-                self._voice.note("camera-refused", str(error))
-                self._voice.say(LiveState.REFUSED, str(error))
+                self._journal.note("camera-refused", str(error))
+                self._journal.say(LiveState.REFUSED, str(error))
             self._wakes.clear()
             while not (self._wakes.wait(POLL_S) or self._ended.is_set()):
                 continue
@@ -121,7 +107,7 @@ class Approach:
             over = self._receiver.latest.closed
             received = self._receiver.latest.take(timeout_s=POLL_S)
             status = self._receiver.status()
-            self._voice.say(LiveState.CONNECTING, status.reason)
+            self._journal.say(LiveState.CONNECTING, status.reason)
             if received is None and over:
                 if pictures:
                     return pictures
@@ -140,7 +126,7 @@ class Approach:
         self._found = found
         if self._chosen is None and self._asks and found.confidence < SURE:
             self._wakes.clear()
-            self._voice.say(
+            self._journal.say(
                 LiveState.CONFIRMING,
                 f"the picture looks like {found.layout.shown} ({found.confidence:.0%} sure): "
                 "confirm or choose",
@@ -150,5 +136,5 @@ class Approach:
         if self._ended.is_set():
             return None
         layout = self._chosen or found.layout
-        self._voice.note("camera-layout", f"the picture holds the lenses {layout.shown}")
+        self._journal.note("camera-layout", f"the picture holds the lenses {layout.shown}")
         return layout

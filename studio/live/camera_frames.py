@@ -25,7 +25,7 @@ POLL_S = 0.1
 
 
 class PacketTap:
-    """Where the receiver puts packets: nowhere at first, and into a recording once that begins.
+    """Outlet for the receiver's packets: nowhere at first, and into a recording once that begins.
 
     A recording begins at a keyframe of the first track; from that one on pictures may be tracked.
     """
@@ -96,6 +96,11 @@ class PictureTimes:
             "wait": self.taken_ns - self.decoded_ns,
             "lens pictures": self.made_ns - self.taken_ns,
         }
+
+    def stages_until(self, tracked_ns: int) -> dict[str, int]:
+        """Durations in ns of all stages of a picture whose poses were there at `tracked_ns`."""
+        whole = tracked_ns - (self.captured_ns or self.arrived_ns)
+        return self.stages() | {"track": tracked_ns - self.made_ns, "whole": whole}
 
 
 class CameraFrames:
@@ -207,3 +212,11 @@ class CameraFrames:
         self._mapping = add_arrival(self._mapping, received.pts_ns, received.t_ns)
         clock = self.camera_clock
         return None if clock is None else min(clock.session_ns(received.pts_ns), received.t_ns)
+
+
+def measured_fps(receiver: CameraReceiver) -> float:
+    """Return a camera's pictures a second so far; 30 where too few came to say."""
+    status, last = receiver.status(), receiver.last
+    if last is None or status.pictures < 10 or last.t_ns <= 0:
+        return 30.0
+    return min(max(status.pictures / (last.t_ns / 1e9), 1.0), 240.0)

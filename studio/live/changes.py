@@ -1,4 +1,4 @@
-"""What people change while a live session runs: kept for its report, tracker settings undone."""
+"""Changes that people make to a live session: kept for its report, tracker settings undone."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from devices.clock import Clock
 from tracking.options import TrackerOptions
 
-MOST_CHANGES = 10_000
+MAX_CHANGES = 10_000
 """Changes that are kept; the oldest go first."""
 
 
@@ -29,9 +29,9 @@ class Changes:
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
-        self._kept: deque[Change] = deque(maxlen=MOST_CHANGES)
+        self._kept: deque[Change] = deque(maxlen=MAX_CHANGES)
         self._options = TrackerOptions()
-        self._former: deque[TrackerOptions] = deque(maxlen=MOST_CHANGES)
+        self._former: deque[TrackerOptions] = deque(maxlen=MAX_CHANGES)
 
     @property
     def options(self) -> TrackerOptions:

@@ -1,4 +1,4 @@
-"""What is looked at before going live: the camera's stream and its light beside the machine."""
+"""Checks before going live: the camera's stream and its light beside the machine."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ FIRST_PICTURE_S = 3.0
 STEADY_S = 1.0
 """Seconds over which pictures are counted."""
 
-LEAST_FPS = 5.0
+MIN_FPS = 5.0
 """Pictures a second below which an object carried at walking pace, 1.2 m/s, moves by more than its
 own width between two pictures."""
 
@@ -94,9 +94,9 @@ def _stream(session: LiveSession, sleep: Sleep, *, is_simulated: bool) -> Check:
     fps = (after.pictures - before.pictures) / STEADY_S
     damaged = after.damaged - before.damaged
     found = f"{fps:.0f} pictures a second, {after.damaged} damaged"
-    if is_simulated and (fps < LEAST_FPS or damaged):
+    if is_simulated and (fps < MIN_FPS or damaged):
         return Check("stream", "WARN", found, "close other programs: this computer plays it, too")
-    if fps < LEAST_FPS:
+    if fps < MIN_FPS:
         fix = "move the camera or its phone nearer to the access point, or lower its bitrate"
         return Check("stream", "WARN", found, fix)
     if damaged:

@@ -3,37 +3,36 @@
 from __future__ import annotations
 
 import threading
-import time
-from collections import Counter, deque
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from devices.camera.address import AddressKind
 from devices.camera.lenses.layout import LensLayout
 from devices.camera.received import CameraStatus, Received
 from devices.camera.receiver import CameraReceiver
 from devices.clock import Clock
-from devices.insta360.condition import ConditionWatch
+from devices.insta360.condition import watch_condition
 from devices.messages import Event
 from devices.session_info import SessionInfo
 from scenes.memory import return_free_pages
 from scenes.package import ScenePackage
 from scenes.render.renderer import Renderer
 from scenes.state import LiveSurface
-from studio.live.approach import Approach, Voice
-from studio.live.camera_frames import STREAM_ID, CameraFrames, PacketTap, PictureTimes
-from studio.live.changes import Change, Changes
-from studio.live.placing import (
-    Locate,
-    Placed,
-    PlacedCamera,
-    place_camera,
+from studio.live.approach import Approach
+from studio.live.camera_frames import (
+    STREAM_ID,
+    CameraFrames,
+    PacketTap,
+    PictureTimes,
+    measured_fps,
 )
+from studio.live.changes import Change, Changes
+from studio.live.placing import Locate, Placed, PlacedCamera, place_camera
 from studio.live.relocation import Lookout, Relocation
 from studio.live.setup import LiveSetup
 from studio.live.shortfalls import Losses
-from studio.live.status import LiveState, LiveStatus
+from studio.live.status import Journal, LiveState, LiveStatus
 from studio.session.latency import Latencies
 from studio.session.opening import open_live_session, scene_hash
 from studio.session.plan import Pace, SessionPlan
@@ -46,9 +45,6 @@ RETURN_PAGES_EVERY_S = 20.0
 
 SHOWN_STAGES = 300
 """Pictures whose durations a window shows: ten seconds at 30 Hz."""
-
-MOST_EVENTS = 10_000
-"""Events that the report lists; the oldest go first."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -116,18 +112,17 @@ class LiveSession:
         self._clock = clock
         self._renderer = renderer
         self._locate = locate
-        self._record_to = record_to
+        self.record_to = record_to
+        """File of the recording; None if there is none."""
+        self.tracked: Session | None = None
+        """Session that tracks and records; None before the camera is placed."""
         self._asks = asks
         self._ended = threading.Event()
         self._goes_live = threading.Event()
-        self._lock = threading.Lock()
-        self._waiting: deque[Event] = deque(maxlen=MOST_EVENTS)
-        self._events: deque[Event] = deque(maxlen=MOST_EVENTS)
+        self._journal = Journal(clock)
         self._changes = Changes(clock)
-        self._state, self._text = LiveState.CONNECTING, "waiting for the camera's first picture"
         self._placed: PlacedCamera | None = None
         self._frames: CameraFrames | None = None
-        self._session: Session | None = None
         self._last: SessionOutput | None = None
         self._first_ns = self._live_ns = self._end_ns = self._next_return_ns = 0
         self._first_dropped = 0
@@ -137,11 +132,12 @@ class LiveSession:
         self._losses = Losses(scene)
         self._tap = PacketTap()
         self._receiver = CameraReceiver(setup.camera, clock, packets=self._tap, stream_id=STREAM_ID)
-        self._condition = self._watch_condition()
-        voice = Voice(self._say, self._note)
-        self._approach = Approach(self._receiver, setup, place=self._place, voice=voice, asks=asks)
-
-    # Commands.
+        self._condition = watch_condition(
+            setup.camera, clock, say=lambda text: self._journal.note("battery", text)
+        )
+        self._approach = Approach(
+            self._receiver, setup, place=self._place, journal=self._journal, asks=asks
+        )
 
     def go_live(self) -> None:
         """Go live as soon as the objects are found."""
@@ -156,7 +152,7 @@ class LiveSession:
 
     def choose_layout(self, layout: LensLayout) -> None:
         """The picture holds the lenses like this."""
-        self._note("changed", self._changes.add(f"layout: {layout.shown}"))
+        self._journal.note("changed", self._changes.add(f"layout: {layout.shown}"))
         self._approach.choose_layout(layout)
 
     def try_again(self) -> None:
@@ -169,18 +165,18 @@ class LiveSession:
         Raises:
             StreamFullError: more was asked for than the session could take.
         """
-        if self._session is not None:
-            self._session.adjust_tracker(options)
-        self._note("changed", self._changes.adjust(options))
+        if self.tracked is not None:
+            self.tracked.adjust_tracker(options)
+        self._journal.note("changed", self._changes.adjust(options))
 
     def undo_adjustment(self) -> bool:
         """Go back to the settings before the last change; False if there is none."""
         said = self._changes.undo()
         if not said:
             return False
-        if self._session is not None:
-            self._session.adjust_tracker(self._changes.options)
-        self._note("changed", said)
+        if self.tracked is not None:
+            self.tracked.adjust_tracker(self._changes.options)
+        self._journal.note("changed", said)
         return True
 
     def make_live(self, surface: LiveSurface) -> None:
@@ -190,16 +186,14 @@ class LiveSession:
             StreamFullError: more was asked for than the session could take.
             ValueError: nothing is tracked yet.
         """
-        if self._session is None:
+        if self.tracked is None:
             raise ValueError("live surfaces: wait until the camera is placed")
-        self._session.make_live(surface)
-        self._note("changed", self._changes.add(f"live surface {surface.surface_id}"))
+        self.tracked.make_live(surface)
+        self._journal.note("changed", self._changes.add(f"live surface {surface.surface_id}"))
 
     def relocate(self) -> None:
         """Look for the camera anywhere in the room, beside the running session."""
         self._relocation.start()
-
-    # What is seen of it.
 
     @property
     def options(self) -> TrackerOptions:
@@ -209,7 +203,7 @@ class LiveSession:
     @property
     def state(self) -> LiveState:
         """As in `status`, at no cost."""
-        return self._state
+        return self._journal.state
 
     @property
     def listening_at(self) -> str:
@@ -222,18 +216,8 @@ class LiveSession:
         return self._relocation.is_running
 
     @property
-    def record_to(self) -> Path | None:
-        """Where it is recorded; None if it is not."""
-        return self._record_to
-
-    @property
-    def tracked(self) -> Session | None:
-        """What tracks and records its pictures; None before the camera is placed."""
-        return self._session
-
-    @property
     def picture(self) -> Received | None:
-        """What the camera showed last."""
+        """The camera's newest picture; None before the first."""
         return self._receiver.last
 
     @property
@@ -251,18 +235,17 @@ class LiveSession:
         return self._clock.now_ns()
 
     def events(self) -> tuple[Event, ...]:
-        """What happened so far, oldest first."""
-        with self._lock:
-            return tuple(self._events)
+        """Return the events so far, oldest first."""
+        return self._journal.events()
 
     def status(self) -> LiveStatus:
         """How it is doing now."""
-        session, last = self._session, self._last
+        session, last = self.tracked, self._last
         tracks = () if last is None else last.shown.objects
         live_ns = self._live_ns
         return LiveStatus(
-            self._state,
-            self._text,
+            self._journal.state,
+            self._journal.text,
             self._receiver.status(),
             self._receiver.listening_at,
             self._approach.found_layout,
@@ -281,9 +264,7 @@ class LiveSession:
 
     def _dropped(self) -> int:
         """Pictures left out so far; those that came while objects were first looked for aside."""
-        return 0 if self._session is None else self._session.counts[1] - self._first_dropped
-
-    # The way of a session.
+        return 0 if self.tracked is None else self.tracked.counts[1] - self._first_dropped
 
     def run(self, watch: Callable[[SessionOutput], None]) -> LiveResult:
         """Play it to its end.
@@ -307,7 +288,7 @@ class LiveSession:
             self._receiver.close()
             if self._condition is not None:
                 self._condition.close()
-            self._say(LiveState.ENDED, "the session has ended")
+            self._journal.say(LiveState.ENDED, "the session has ended")
         since = self._first_ns or self._end_ns
         return LiveResult(
             result,
@@ -318,22 +299,9 @@ class LiveSession:
             self.events(),
             self._changes.kept(),
             self.latencies,
-            self._record_to,
-            "" if self._session is None else self._session.recording_failure,
+            self.record_to,
+            "" if self.tracked is None else self.tracked.recording_failure,
             self._dropped(),
-        )
-
-    def _watch_condition(self) -> ConditionWatch | None:
-        """Ask a camera that has words beside its pictures; None for others."""
-        camera = self.setup.camera
-        if camera.kind is not AddressKind.INSTA360:
-            return None
-        return ConditionWatch(
-            camera.host,
-            camera.http_port,
-            clock=self._clock,
-            unix_s=time.time,
-            say=lambda text: self._note("battery", text),
         )
 
     def _place(self, pictures: list[Received], layout: LensLayout) -> PlacedCamera:
@@ -344,14 +312,14 @@ class LiveSession:
             self.scene,
             renderer=self._renderer,
             locate=self._locate,
-            say=lambda text: self._say(LiveState.PLACING, text),
+            say=lambda text: self._journal.say(LiveState.PLACING, text),
         )
 
     def _track(self, placed: PlacedCamera, watch: Callable[[SessionOutput], None]) -> SessionResult:
         self._placed = placed
-        self._note("camera-placed", placed.found)
+        self._journal.note("camera-placed", placed.found)
         plan = SessionPlan(
-            scene=self._scene_name, methods=("own",), pace=Pace.LIVE, record_to=self._record_to
+            scene=self._scene_name, methods=("own",), pace=Pace.LIVE, record_to=self.record_to
         )
         info = SessionInfo(
             scene=self._scene_name,
@@ -363,7 +331,7 @@ class LiveSession:
             methods=plan.methods,
             versions=library_versions(),
             rig=placed.rig,
-            fps=self._measured_fps(),
+            fps=measured_fps(self._receiver),
             stream=placed.stream,
         )
         frames = CameraFrames(
@@ -379,13 +347,13 @@ class LiveSession:
             plan,
             self.scene,
             info,
-            lambda: frames.messages(self._taken_events, session.record_packet),
+            lambda: frames.messages(self._journal.take_notes, session.record_packet),
             self._clock,
         )
         if self._changes.options != TrackerOptions():
             session.adjust_tracker(self._changes.options)
-        self._session = session
-        self._say(LiveState.FINDING, "finding the objects")
+        self.tracked = session
+        self._journal.say(LiveState.FINDING, "finding the objects")
         if self._ended.is_set():
             frames.end()
         return session.run(lambda output: self._watched(output, watch))
@@ -393,30 +361,25 @@ class LiveSession:
     def _watched(self, output: SessionOutput, watch: Callable[[SessionOutput], None]) -> None:
         frames = self._frames
         assert frames is not None
-        with self._lock:
-            self._events.extend(output.input.events)
-        if frames.times is not None:
-            since_ns = frames.times.captured_ns or frames.times.arrived_ns
-            whole_ns = output.now_ns - since_ns
-            track_ns = output.now_ns - frames.times.made_ns
-            stages = {**frames.times.stages(), "track": track_ns, "whole": whole_ns}
-            if self._last is not None:  # the first picture's search is nobody's delay
-                self.latencies.add(stages)
+        self._journal.add(output.input.events)
+        if frames.times is not None and self._last is not None:
+            # The first picture's search is nobody's delay.
+            self.latencies.add(frames.times.stages_until(output.now_ns))
         self._relocation.notice(output.shown.notices, output.now_ns)
         lost = self._relocation.is_lost
         for words in self._losses.notice(
             output.shown.objects, dropped=self._dropped(), is_camera_lost=lost
         ):
-            self._note("lost", words)
+            self._journal.note("lost", words)
         if self._last is None:
             self._first_ns = output.now_ns
-            self._first_dropped = 0 if self._session is None else self._session.counts[1]
-            self._say(LiveState.READY, "objects found: go live")
+            self._first_dropped = 0 if self.tracked is None else self.tracked.counts[1]
+            self._journal.say(LiveState.READY, "objects found: go live")
         self._last = output
-        if self._state is LiveState.READY and (self._goes_live.is_set() or not self._asks):
+        if self._journal.state is LiveState.READY and (self._goes_live.is_set() or not self._asks):
             self._live_ns = self._clock.now_ns()
-            self._note("live", "the session is live")
-            self._say(LiveState.LIVE, "live")
+            self._journal.note("live", "the session is live")
+            self._journal.say(LiveState.LIVE, "live")
         if output.now_ns >= self._next_return_ns:
             self._next_return_ns = output.now_ns + round(RETURN_PAGES_EVERY_S * 1e9)
             return_free_pages()
@@ -435,29 +398,7 @@ class LiveSession:
             return
         frames.world_from_rig = found.world_from_rig
         self._placed = replace(placed, world_from_rig=found.world_from_rig)
-        self._note("camera-placed", found.described())
+        self._journal.note("camera-placed", found.described())
 
     def _not_relocated(self, why: str) -> None:
-        self._note("camera-refused", f"the camera was not found: {why}")
-
-    def _measured_fps(self) -> float:
-        """Pictures a second so far; 30 where too few came to say."""
-        status, last = self._receiver.status(), self._receiver.last
-        if last is None or status.pictures < 10 or last.t_ns <= 0:
-            return 30.0
-        return min(max(status.pictures / (last.t_ns / 1e9), 1.0), 240.0)
-
-    # Words.
-
-    def _taken_events(self) -> tuple[Event, ...]:
-        taken: list[Event] = []
-        while self._waiting:
-            taken.append(self._waiting.popleft())
-        return tuple(taken)
-
-    def _note(self, kind: str, text: str) -> None:
-        """An event of the session, recorded with the next picture."""
-        self._waiting.append(Event(self._clock.now_ns(), "session", kind, text))
-
-    def _say(self, state: LiveState, text: str) -> None:
-        self._state, self._text = state, text
+        self._journal.note("camera-refused", f"the camera was not found: {why}")

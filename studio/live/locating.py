@@ -36,7 +36,7 @@ class RoomLocator:
         self._map: RoomMap | None = None
 
     def __call__(self, frame: Frame, last_world_from_rig: Pose | None) -> Located:
-        """Where the camera stands; the result says why if it was not found.
+        """Find the camera's pose; the result says why if it was not found.
 
         Raises:
             ValueError: the room is too small to stand in.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 from devices.camera.lenses.layout import LensLayout
@@ -37,7 +37,7 @@ class PlacingError(ValueError):
 
 
 class Placed(Protocol):
-    """Where a search found the camera."""
+    """Result of a search for the camera."""
 
     @property
     def world_from_rig(self) -> Pose:
@@ -123,39 +123,53 @@ def place_camera(
     stream = stream_of(pictures[0], layout, setup)
     rig = _assumed_lenses(stream, setup)
     frames = [_frame(received, stream, rig) for received in pictures]
-    found, t_ns = "at the scan's place", pictures[-1].t_ns
-    searched_world_from_rig: Pose | None = None
-    where = scene.world_from_rig
+    placed = PlacedCamera(
+        stream, rig, scene.world_from_rig, None, "at the scan's place", pictures[-1].t_ns
+    )
     if setup.place is Place.FIND:
         say("looking for the camera in the room")
-        located = locate(frames[-1], scene.world_from_rig)
-        if located.refusal:
-            raise PlacingError(
-                f"the camera was not found in {scene.name} ({located.refusal}): switch the lights "
-                'on, see that the lenses are free, or set place = "scan" if it stands where the '
-                "scan has it"
-            )
-        where, found = located.world_from_rig, located.described()
-        searched_world_from_rig = where
+        located = _located(frames[-1], scene, locate)
+        where = located.world_from_rig
+        placed = replace(
+            placed,
+            world_from_rig=where,
+            found=located.described(),
+            searched_world_from_rig=where,
+        )
     if not setup.calibrates:
-        return PlacedCamera(stream, rig, where, None, found, t_ns, searched_world_from_rig)
+        return placed
     say("fitting lenses and pose to the room")
     objects = tuple(PosedSplats(item.splats, item.world_from_object) for item in scene.objects)
-    calibration = calibrate_lenses(frames, where, scene.room, renderer, objects=objects)
+    calibration = calibrate_lenses(
+        frames, placed.world_from_rig, scene.room, renderer, objects=objects
+    )
     if not calibration.trusted:
         raise PlacingError(
             f"lenses and place do not fit the room: {calibration.refusal}. Check the scene, the "
             f"layout ({layout.shown}) and that nothing covers the lenses"
         )
-    return PlacedCamera(
-        stream,
-        calibration.rig,
-        calibration.world_from_rig,
-        calibration,
-        found,
-        t_ns,
-        searched_world_from_rig,
+    return replace(
+        placed,
+        rig=calibration.rig,
+        world_from_rig=calibration.world_from_rig,
+        calibration=calibration,
     )
+
+
+def _located(frame: Frame, scene: ScenePackage, locate: Locate) -> Placed:
+    """Search for the camera.
+
+    Raises:
+        PlacingError: it is not found.
+    """
+    located = locate(frame, scene.world_from_rig)
+    if located.refusal:
+        raise PlacingError(
+            f"the camera was not found in {scene.name} ({located.refusal}): switch the lights "
+            'on, see that the lenses are free, or set place = "scan" if it stands where the '
+            "scan has it"
+        )
+    return located
 
 
 def _assumed_lenses(stream: LiveStream, setup: LiveSetup) -> Rig:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import resource
-import threading
 import time
 from collections import deque
 from collections.abc import Callable
@@ -14,6 +13,7 @@ from types import TracebackType
 import numpy as np
 
 from devices.camera.receiver import HELD_AFTER_NS
+from scenes.workers.task import Task
 from sim.camera.camera360 import default_rig
 from sim.wire.fuzz import FuzzError, fuzz, targets
 from sim.wire.streaming.truth_file import TruthRow, read_truth
@@ -50,7 +50,7 @@ FILM_S = 20.0
 KEPT = 9_000
 """Published pictures that are compared: five minutes at 30 Hz."""
 
-MOST_RETURNS = 200
+MAX_RETURNS = 200
 """Pictures beside gaps that are kept, for the returns of a long session: one gap is planned."""
 
 FUZZED = 500
@@ -97,11 +97,11 @@ class RehearsedLive:
         self._stack = ExitStack()
         self._camera: SimulatedCamera | None = None
         self._published: deque[Published] = deque(maxlen=KEPT)
-        self._returns: deque[Published] = deque(maxlen=MOST_RETURNS)
+        self._returns: deque[Published] = deque(maxlen=MAX_RETURNS)
         """The pictures before and after every gap, for longer than `_published` keeps them."""
         self._rss_kib: deque[tuple[float, float]] = deque(maxlen=20_000)
         self._wall_from_session_ns = time.time_ns() - session.now_ns()
-        self._over = threading.Event()
+        self._directing = Task("direct the rehearsal", self._directed)
 
     def __enter__(self) -> RehearsedLive:
         url = self._listening_at()
@@ -116,7 +116,7 @@ class RehearsedLive:
         error: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        self._over.set()
+        self._directing.cancel()
         self._stack.__exit__(kind, error, traceback)
 
     @property
@@ -168,7 +168,7 @@ class RehearsedLive:
 
     def direct(self) -> None:
         """Begin to cut the camera off as planned, and to watch the memory; returns at once."""
-        threading.Thread(target=self._directed, name="direct the rehearsal", daemon=True).start()
+        self._directing.start()
 
     def rows(self, result: LiveResult) -> list[Row]:
         """The figures against the truth."""
@@ -222,9 +222,9 @@ class RehearsedLive:
         growth = 100.0 * (float(np.median(kib[-tenth:])) / before - 1.0)
         return at_most("live.rss_growth_percent", growth, "%", bar=RSS_BAR_PERCENT)
 
-    def _directed(self) -> None:
+    def _directed(self, task: Task[None]) -> None:
         cut = False
-        while not self._over.wait(POLL_S):
+        while not task.pause(POLL_S):
             status = self._session.status()
             if status.state is LiveState.ENDED:
                 return

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -10,6 +9,7 @@ from devices.camera.received import Received
 from devices.messages import Frame
 from devices.packet_pictures import stream_images
 from scenes.pose import Pose
+from scenes.workers.task import Task
 from studio.live.camera_frames import STREAM_ID
 from studio.live.placing import Locate, Placed, PlacedCamera
 from tracking.output import CameraMoment, CameraNotice
@@ -21,7 +21,7 @@ session; whoever stands before it or carries it may be gone by the next."""
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Lookout:
-    """What a search begins with.
+    """Inputs of a search.
 
     Attributes:
         received: the camera's newest picture.
@@ -56,7 +56,7 @@ class Relocation:
         self._look = look
         self._done = done
         self._failed = failed
-        self._thread: threading.Thread | None = None
+        self._searching: Task[None] | None = None
         self._is_lost = False
         self._next_ns = 0
 
@@ -68,13 +68,12 @@ class Relocation:
     @property
     def is_running(self) -> bool:
         """Whether a search is made now."""
-        return self._thread is not None and self._thread.is_alive()
+        return self._searching is not None and self._searching.is_running
 
     def start(self) -> None:
         """Search now, unless a search is being made."""
         if not self.is_running:
-            self._thread = threading.Thread(target=self._search, name="locate", daemon=True)
-            self._thread.start()
+            self._searching = Task("locate", self._search).start()
 
     def notice(self, notices: Sequence[CameraNotice], now_ns: int) -> None:
         """Take what the tracker says of the camera in a picture; search while it is lost."""
@@ -87,7 +86,7 @@ class Relocation:
             self._next_ns = now_ns + round(SEARCH_EVERY_S * 1e9)
             self.start()
 
-    def _search(self) -> None:
+    def _search(self, _task: Task[None]) -> None:
         at = self._look()
         if at is None:
             return

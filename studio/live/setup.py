@@ -1,4 +1,4 @@
-"""Which devices a live session has and how they are set: a TOML file that a person writes.
+"""Devices of a live session and their settings: a TOML file that a person writes.
 
 [camera]
 address = "rtmp://:1935/live/room"
@@ -24,7 +24,7 @@ AUTO = "auto"
 
 
 class Place(StrEnum):
-    """Where the session learns from where the camera stands."""
+    """Ways for a session to learn the camera's pose."""
 
     FIND = "find"
     """Searched for in the room's splats, anywhere."""
@@ -112,7 +112,7 @@ def setup_text(setup: LiveSetup) -> str:
 
 
 def address_text(address: CameraAddress) -> str:
-    """What `parse_address` reads the same address from; a password is in it."""
+    """Return the text of an address for `parse_address`; a password is in it."""
     if address.udp_transport:
         return "rtsp+udp://" + address.text.partition("://")[2]
     return address.text

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import json
 import subprocess
-import sys
-import threading
 from collections import deque
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import Any, cast
 
-MOST_EVENTS = 10_000
+from scenes.workers.child_process import ChildProcess, module_command
+
+MAX_EVENTS = 10_000
 """Events of the camera that are kept; the oldest go first."""
+
+LAST_WORDS = 20
+"""Lines of what it says on stderr that are kept."""
 
 END_S = 5.0
 """Seconds that the process may take to end before it is killed."""
@@ -21,7 +24,7 @@ END_S = 5.0
 
 @dataclass(frozen=True, slots=True)
 class SimulatedFeed:
-    """What a simulated camera plays.
+    """Film and stream of a simulated camera.
 
     Attributes:
         scene: as `nexus simulate camera` takes it.
@@ -59,34 +62,31 @@ class SimulatedCamera:
             words += ["--scenario", feed.scenario]
         for fault in feed.faults:
             words += ["--fault", fault]
-        self._events: deque[dict[str, Any]] = deque(maxlen=MOST_EVENTS)
-        self._errors: deque[str] = deque(maxlen=20)
-        self._process = subprocess.Popen(
-            [sys.executable, "-m", "studio.cli", "simulate", "camera", *words],
+        self._events: deque[dict[str, Any]] = deque(maxlen=MAX_EVENTS)
+        self._process = ChildProcess(
+            module_command("studio.cli", "simulate", "camera", *words),
             stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
+            heard=self._take_event,
+            last_words=LAST_WORDS,
         )
-        for name, reads in (("events", self._read_events), ("errors", self._read_errors)):
-            threading.Thread(target=reads, name=f"simulated camera {name}", daemon=True).start()
 
     @property
     def failure(self) -> str:
         """Why it ended by itself, in its words; empty while it runs."""
-        code = self._process.poll()
+        code = self._process.code
         if code in (None, 0):
             return ""
-        return " ".join(self._errors) or f"the simulated camera ended with exit code {code}"
+        words = " ".join(line.strip() for line in self._process.last_words())
+        return words or f"the simulated camera ended with exit code {code}"
 
     def events(self) -> tuple[dict[str, Any], ...]:
-        """What it said so far: `event`, `wall_ns` and what belongs to it."""
+        """Return its messages so far: `event`, `wall_ns` and what belongs to it."""
         return tuple(self._events)
 
     @property
     def process_id(self) -> int:
         """Of the process that plays it."""
-        return self._process.pid
+        return self._process.process_id
 
     def last_drawing(self) -> str:
         """How far the drawing of its film is; empty before and after."""
@@ -95,11 +95,8 @@ class SimulatedCamera:
 
     def fault(self, text: str) -> None:
         """Begin a fault now, such as "black_hole:for=20"."""
-        stdin = self._process.stdin
-        if stdin is None or self._process.poll() is not None:
-            return
-        stdin.write(text + "\n")
-        stdin.flush()
+        if self._process.code is None:
+            self._process.say(text)
 
     def __enter__(self) -> SimulatedCamera:
         return self
@@ -110,26 +107,12 @@ class SimulatedCamera:
         error: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        self._process.terminate()
+        self._process.end(END_S)
+
+    def _take_event(self, line: str) -> None:
         try:
-            self._process.wait(END_S)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.wait()
-
-    def _read_events(self) -> None:
-        stdout = self._process.stdout
-        assert stdout is not None
-        for line in stdout:
-            try:
-                said = json.loads(line)
-            except ValueError:
-                continue
-            if isinstance(said, dict):
-                self._events.append(cast("dict[str, Any]", said))
-
-    def _read_errors(self) -> None:
-        stderr = self._process.stderr
-        assert stderr is not None
-        for line in stderr:
-            self._errors.append(line.strip())
+            said = json.loads(line)
+        except ValueError:
+            return
+        if isinstance(said, dict):
+            self._events.append(cast("dict[str, Any]", said))

@@ -1,21 +1,25 @@
-"""How a live session is doing, as one immutable answer for windows, terminals and reports."""
+"""State of a live session: one immutable answer for whoever shows it, and its events."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import threading
+from collections import deque
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 
 from devices.camera.lenses.search import FoundLayout
 from devices.camera.received import CameraStatus
+from devices.clock import Clock
 from devices.clock_mapping import ClockEstimate
 from devices.insta360.condition import CameraCondition
+from devices.messages import Event
 from studio.live.placing import PlacedCamera
 from studio.session.latency import StageTime
 
 
 class LiveState(StrEnum):
-    """Where a live session is on its way.
+    """Stages of a live session.
 
     `CONNECTING` until the first picture; `CONFIRMING` while a person is asked how the picture holds
     the lenses; `PLACING` while camera and lenses are found; `REFUSED` where they were not, until
@@ -32,6 +36,9 @@ class LiveState(StrEnum):
     LIVE = "live"
     ENDED = "ended"
 
+
+MAX_EVENTS = 10_000
+"""Events that the report lists; the oldest go first."""
 
 TRACKS = frozenset({LiveState.FINDING, LiveState.READY, LiveState.LIVE})
 """States in which pictures are tracked and recorded."""
@@ -80,3 +87,47 @@ class LiveStatus:
     is_camera_lost: bool = False
     camera_clock: ClockEstimate | None = None
     condition: CameraCondition | None = None
+
+
+class Journal:
+    """State and events of a live session; any thread writes and reads.
+
+    Args:
+        clock: session time.
+
+    Attributes:
+        state: how far the session is.
+        text: what is being done, or what to do, in a sentence.
+    """
+
+    def __init__(self, clock: Clock) -> None:
+        self.state, self.text = LiveState.CONNECTING, "waiting for the camera's first picture"
+        self._clock = clock
+        self._lock = threading.Lock()
+        self._waiting: deque[Event] = deque(maxlen=MAX_EVENTS)
+        self._events: deque[Event] = deque(maxlen=MAX_EVENTS)
+
+    def say(self, state: LiveState, text: str) -> None:
+        """Go over to a state, with a sentence about it."""
+        self.state, self.text = state, text
+
+    def note(self, kind: str, text: str) -> None:
+        """Take an event of the session, to be recorded with the next picture."""
+        self._waiting.append(Event(self._clock.now_ns(), "session", kind, text))
+
+    def take_notes(self) -> tuple[Event, ...]:
+        """Remove and return the events that wait for a picture, oldest first."""
+        taken: list[Event] = []
+        while self._waiting:
+            taken.append(self._waiting.popleft())
+        return tuple(taken)
+
+    def add(self, events: Iterable[Event]) -> None:
+        """Take events that came with a picture."""
+        with self._lock:
+            self._events.extend(events)
+
+    def events(self) -> tuple[Event, ...]:
+        """Return the events so far, oldest first."""
+        with self._lock:
+            return tuple(self._events)

@@ -1,1 +1,1 @@
-"""What a session or a preparation leaves behind: pages and films."""
+"""Pages and films that sessions and preparations leave behind."""

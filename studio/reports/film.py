@@ -58,7 +58,7 @@ Words = list[tuple[tuple[float, float], str, Colour, int, bool]]
 
 @dataclass(frozen=True, slots=True)
 class FilmTitle:
-    """What the header says: the scene, how the session came about, and where a fork begins."""
+    """Text of the header: the scene, how the session came about, and where a fork begins."""
 
     scene: str
     detail: str
@@ -67,7 +67,7 @@ class FilmTitle:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FilmFrame:
-    """What one picture of the film is drawn of: a session's output without its large images.
+    """Contents of one picture of the film: a session's output without its large images.
 
     Attributes:
         t_ns: capture time on the session clock.

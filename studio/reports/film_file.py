@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import threading
 from pathlib import Path
 
 from devices.streams import BoundedQueue, StreamClosedError, StreamFullError
+from scenes.workers.task import Task
 from studio.reports.film import FilmFrame, FilmMaker, Picture
 from studio.reports.mp4_file import Mp4File
 
@@ -105,8 +105,7 @@ class FilmThread:
         self._film = film
         self._queue: BoundedQueue[FilmFrame] = BoundedQueue(QUEUE, name="film")
         self._failure: Exception | None = None
-        self._stopping = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="film", daemon=True)
+        self._task = Task("film", self._run)
         self.left_out = 0
         """Frames that found the queue full and are not in the film."""
 
@@ -125,10 +124,10 @@ class FilmThread:
                 raise self._failure from None
             raise
 
-    def _run(self) -> None:
+    def _run(self, task: Task[None]) -> None:
         try:
             while (frame := self._queue.take(timeout_s=None)) is not None:
-                if self._stopping.is_set():
+                if task.is_cancelled:
                     return
                 self._film.add(frame)
         except Exception as error:  # noqa: BLE001 - raised again on the session's thread
@@ -136,13 +135,13 @@ class FilmThread:
             self._queue.close()
 
     def __enter__(self) -> FilmThread:
-        self._thread.start()
+        self._task.start()
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *_rest: object) -> None:
         if kind is not None:
-            self._stopping.set()
+            self._task.cancel()
         self._queue.close()
-        self._thread.join()
+        self._task.join()
         if kind is None and self._failure is not None:
             raise self._failure

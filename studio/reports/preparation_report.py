@@ -32,7 +32,7 @@ TILE_WIDTH_PX, TILES_ACROSS = 160, 10
 PREVIEWS_SHOWN = 4
 ABOVE_PX = (980, 735)
 DOLLHOUSE_CUT_M = 2.1
-"""What is higher than this is left out of the view from above: the ceiling."""
+"""Height from which the view from above leaves everything out, the ceiling."""
 
 
 def render_report(

@@ -23,7 +23,7 @@ METHOD_NAMES = {"own": "this tracker", "paper": "the paper's method"}
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Report:
-    """What the page is made of.
+    """Contents of the page.
 
     Attributes:
         verb: what was run.

@@ -41,7 +41,7 @@ NamedTrack = tuple[str, TrackedObject]
 
 @dataclass(frozen=True, slots=True)
 class Fork:
-    """What goes on, from when, and with what.
+    """A recording that goes on from an instant.
 
     Attributes:
         recording: the recording that it comes from.
@@ -243,7 +243,7 @@ def _instant(
 
 @dataclass(frozen=True, slots=True)
 class _RecordedFrame:
-    """What a recording holds of one frame; no packet where the recording ran out of room."""
+    """A recording's messages of one frame; no packet where the recording ran out of room."""
 
     stamp: FrameStamp
     packet: EncodedFrame | None

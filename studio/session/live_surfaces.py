@@ -106,7 +106,7 @@ class LiveSurfaces:
         surfaces: Mapping[str, LiveSurface],
         answer: TrackOutput,
     ) -> tuple[LivePicture, ...]:
-        """What every surface shows at one frame.
+        """Pictures of all surfaces at one frame.
 
         Args:
             frame: the camera's; frames come in order of time.
@@ -133,7 +133,7 @@ class LiveSurfaces:
         return tuple(LivePicture(surfaces[s.surface_id], s.picture) for s in shown)
 
     def _empty_room(self, rig: Rig, world_from_rig: Pose) -> BackgroundImages:
-        """What the lenses would see of the scan; drawn small, which is as fine as it is asked."""
+        """Return the scan as the lenses would see it, drawn as small as it is asked."""
         small = Rig(tuple(_shrunk(lens) for lens in rig.lenses), rig.rig_from_lens)
         drawn = render_background(self._renderer, self._room, small, world_from_rig)
         sizes = [(lens.width_px, lens.height_px) for lens in rig.lenses]

@@ -11,6 +11,7 @@ from devices.clock import Clock
 from devices.recording import Recorder
 from devices.recording_codec import RecordedValue
 from devices.streams import BoundedQueue, Slot, StreamClosedError
+from scenes.workers.task import Task
 
 M = TypeVar("M", bound=Timed)
 
@@ -133,7 +134,7 @@ class RecorderThread:
         self._recorder = recorder
         self._queue: BoundedQueue[RecordedValue] = BoundedQueue(RECORDER_QUEUE, name="recorder")
         self._failure: Exception | None = None
-        self._thread = threading.Thread(target=self._write, name="recorder", daemon=True)
+        self._task = Task("recorder", self._write)
 
     def write(self, value: RecordedValue) -> None:
         """Hand over one message.
@@ -158,7 +159,7 @@ class RecorderThread:
         """
         self._queue.put(value)
 
-    def _write(self) -> None:
+    def _write(self, _task: Task[None]) -> None:
         try:
             while (value := self._queue.take(timeout_s=None)) is not None:
                 self._recorder.write(value)
@@ -167,11 +168,11 @@ class RecorderThread:
             self._queue.close()
 
     def __enter__(self) -> RecorderThread:
-        self._thread.start()
+        self._task.start()
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *_rest: object) -> None:
         self._queue.close()
-        self._thread.join()
+        self._task.join()
         if kind is None and self._failure is not None:
             raise self._failure

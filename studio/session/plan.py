@@ -1,4 +1,4 @@
-"""What a session plays, by which trackers, and at which pace."""
+"""Plan of a session: its contents, its trackers and its pace."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Pace(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class SessionPlan:
-    """What a session is made of.
+    """Choices that make a session.
 
     Attributes:
         scene: name of a built-in room or path of a scene package; ignored by a replay.

@@ -1,11 +1,9 @@
-"""What is looked at before a session starts: every check has a verdict, and what to do about it."""
+"""Checks before a session starts: each has a verdict and a remedy."""
 
 from __future__ import annotations
 
 import json
-import queue
 import tempfile
-import threading
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
@@ -13,6 +11,7 @@ from pathlib import Path
 from typing import Literal
 
 from scenes.formats.storage.atomic import write_file
+from scenes.workers.task import Task
 from studio.console import probes
 from studio.console.display import why_no_window
 
@@ -77,25 +76,14 @@ def run_checks(probes_by_name: Mapping[str, Probe], *, limit_s: float = LIMIT_S)
         probes_by_name: what makes each check.
         limit_s: seconds that they have together.
     """
-    done: queue.Queue[Check] = queue.Queue(maxsize=max(len(probes_by_name), 1))
-    for name, probe in probes_by_name.items():
-        threading.Thread(
-            target=lambda name=name, probe=probe: done.put(_answer(name, probe)),
-            name=f"check {name}",
-            daemon=True,
-        ).start()
-    found: dict[str, Check] = {}
+    checks = {name: _begun(name, probe) for name, probe in probes_by_name.items()}
     deadline = time.monotonic() + limit_s
-    while len(found) < len(probes_by_name):
-        try:
-            check = done.get(timeout=max(deadline - time.monotonic(), 0.0))
-        except queue.Empty:
-            break
-        found[check.name] = check
+    for check in checks.values():
+        check.join(max(deadline - time.monotonic(), 0.0))
     return [
-        found.get(name)
+        check.result
         or Check(name, "FAIL", f"no answer in {limit_s:.0f} s", f"unplug and plug in the {name}")
-        for name in probes_by_name
+        for name, check in checks.items()
     ]
 
 
@@ -114,6 +102,10 @@ def worst(checks: list[Check]) -> Verdict:
     """The verdict on the whole: that of the worst check."""
     verdicts = {check.verdict for check in checks}
     return "FAIL" if "FAIL" in verdicts else "WARN" if "WARN" in verdicts else "PASS"
+
+
+def _begun(name: str, probe: Probe) -> Task[Check]:
+    return Task(f"check {name}", lambda _: _answer(name, probe)).start()
 
 
 def _answer(name: str, probe: Probe) -> Check:

@@ -48,14 +48,14 @@ from tracking.output import TrackingMethod, TrackOutput
 log = logging.getLogger(__name__)
 
 COMMANDS = 64
-"""What users may have asked for and a session has not yet done."""
+"""Requests of users that may wait for a session."""
 LINES = 1024
-"""What may have been drawn while a frame is tracked: a line that grows comes once a frame."""
+"""Drawn lines that may wait while a frame is tracked: a line that grows comes once a frame."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SessionOutput:
-    """What one frame led to.
+    """Results of one frame.
 
     Attributes:
         message: the frame, what came with it, and what rode beside it.
@@ -321,12 +321,12 @@ class Session:
         return replace(message, input=replace(live, events=(*live.events, *said)))
 
     def _new_lines(self) -> Iterator[Annotation]:
-        """What has been drawn since the last frame that was tracked."""
+        """Return the lines drawn since the last frame that was tracked."""
         while (line := self._drawn.take()) is not None:
             yield line
 
     def _new_surfaces(self, live: SessionInput) -> list[LiveSurface]:
-        """What has become live since the last frame, recorded."""
+        """Record and return the surfaces that became live since the last frame."""
         found: list[LiveSurface] = []
         while (surface := self._made_live.take()) is not None:
             self._write(RecordedSurface(live.frame.t_ns, surface))
@@ -381,4 +381,4 @@ class Session:
 
 
 def _discard(_value: RecordedValue) -> None:
-    """Where messages go when nothing is recorded."""
+    """Drop a message: nothing is recorded."""

@@ -1,4 +1,4 @@
-"""Where a session's frames come from: the simulator or a recording, in one form."""
+"""Sources of a session's frames: the simulator or a recording, in one form."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 Waiting = Event | RecordedSurface | RecordedAnnotation
-"""What comes between frames of a recording, and enters with the next one."""
+"""Messages between frames of a recording, which enter with the next one."""
 
 Corners = Mapping[str, ArrayLike]
 """(4, 3) corners in the world by surface id."""

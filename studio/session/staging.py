@@ -1,4 +1,4 @@
-"""What a simulated session takes place in: a built-in room, or what stands for a scanned one."""
+"""Stage of a simulated session: a built-in room, or the stand-in for a scanned one."""
 
 from __future__ import annotations
 

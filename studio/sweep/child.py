@@ -13,14 +13,13 @@ import tempfile
 import threading
 from collections.abc import Sequence
 from dataclasses import asdict
-from pathlib import Path
 from typing import Any
 
-import studio
+from scenes.workers.child_process import ChildProcess, module_command, module_environment
+from scenes.workers.parent import end_with_parent
 from studio.session.pipeline import CancelledError
 from studio.sweep.plan import Run
 
-ROOT = Path(studio.__file__).resolve().parents[1]
 POLL_S = 0.1
 """How long it may take until a run is ended after it was cancelled, seconds."""
 
@@ -40,7 +39,7 @@ class RunRefusedError(ValueError):
 def play_in_child(
     run: Run, *, cores: Sequence[int] = (), cancelled: threading.Event | None = None
 ) -> dict[str, Any]:
-    """What `studio.sweep.play.play` gives, from a process of its own.
+    """Play a run as `studio.sweep.play.play`, in a process of its own.
 
     Args:
         run: what to play.
@@ -53,37 +52,30 @@ def play_in_child(
         CancelledError: it was cancelled.
     """
     order = json.dumps({"run": asdict(run), "cores": list(cores)})
-    path = os.pathsep.join(p for p in (str(ROOT), os.environ.get("PYTHONPATH", "")) if p)
     with tempfile.TemporaryFile() as answer, tempfile.TemporaryFile() as said:
-        process = subprocess.Popen(
-            [sys.executable, "-m", "studio.sweep.child"],
+        process = ChildProcess(
+            module_command("studio.sweep.child"),
             stdin=subprocess.PIPE,
             stdout=answer,
             stderr=said,
-            env={**os.environ, "PYTHONPATH": path},
+            environment=module_environment(),
         )
         try:
-            assert process.stdin is not None
             # The pipe stays open: the child ends when nobody holds the other end any more.
-            process.stdin.write(order.encode() + b"\n")
-            process.stdin.flush()
+            process.say(order)
             _wait(process, cancelled or threading.Event())
         except BrokenPipeError:
             process.wait()
         finally:
-            process.kill()
-            process.wait()
-        return _answer(run, process.returncode, _content(answer), _content(said))
+            code = process.end()
+        return _answer(run, code, _content(answer), _content(said))
 
 
-def _wait(process: subprocess.Popen[bytes], cancelled: threading.Event) -> None:
-    while process.poll() is None:
+def _wait(process: ChildProcess, cancelled: threading.Event) -> None:
+    while process.code is None:
         if cancelled.is_set():
             raise CancelledError
-        try:
-            process.wait(POLL_S)
-        except subprocess.TimeoutExpired:
-            continue
+        process.wait(POLL_S)
 
 
 def _content(file: Any) -> str:
@@ -109,7 +101,7 @@ def _main() -> None:
     if order["cores"] and hasattr(os, "sched_setaffinity"):
         # Everything that starts threads later (kernels, OpenGL, codec) counts these cores.
         os.sched_setaffinity(0, order["cores"])
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    end_with_parent()
     from studio.sweep.play import play
 
     values = order["run"]
@@ -119,12 +111,6 @@ def _main() -> None:
         found = {"refused": " ".join(str(error).split())}
     sys.stdout.write("\n" + json.dumps(found, allow_nan=False) + "\n")
     sys.stdout.flush()
-
-
-def _end_with_parent() -> None:
-    while os.read(STDIN, 4096):
-        pass
-    os._exit(1)
 
 
 if __name__ == "__main__":

@@ -22,7 +22,7 @@ class PlayRun(Protocol):
     def __call__(
         self, run: Run, *, cores: Sequence[int], cancelled: threading.Event
     ) -> dict[str, Any]:
-        """What `studio.sweep.play.play` gives."""
+        """Return the result of `studio.sweep.play.play`."""
         ...
 
 
@@ -82,7 +82,7 @@ def play_here(
 
 
 def persistently(play: Callable[[], dict[str, Any]]) -> dict[str, Any]:
-    """What a run gives, begun again if its process dies, at most `ATTEMPTS` times.
+    """Return the result of a run, begun again if its process dies, at most `ATTEMPTS` times.
 
     Raises:
         RunDiedError: it died each time.

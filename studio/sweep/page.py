@@ -35,7 +35,7 @@ FIGURES = (
     Figure("Position error as shown", "cm", ("shown_cm_mean", "shown_cm_p95"), 1.0),
     Figure("Time lost", "%", ("lost_share",), 10.0, 100.0),
 )
-"""What is drawn for every fault."""
+"""Figures that are drawn for every fault."""
 
 
 def sweep_page(plan: SweepPlan, rows: Sequence[Row]) -> str:

@@ -20,7 +20,7 @@ SWEEP_FOLDER = Path(sim.__file__).parent / "sweeps"
 WITHOUT = "none"
 """Name of the runs that have no fault added."""
 
-MOST_RUNS = 10_000
+MAX_RUNS = 10_000
 """A sweep of more would be a slip of the pen: days on any machine."""
 
 
@@ -133,8 +133,8 @@ def parse_sweep(text: str, *, source: str, scene: str) -> SweepPlan:
     faults: dict[str, Any] = values.get("faults", {})
     axes = [_axis(name, value, source) for name, value in faults.items()]
     count = len(seeds) * (1 + sum(len(axis.lines) for axis in axes))
-    if not axes or count > MOST_RUNS:
-        raise ScenarioError(f"{source}: {count} runs, wanted faults and at most {MOST_RUNS} runs")
+    if not axes or count > MAX_RUNS:
+        raise ScenarioError(f"{source}: {count} runs, wanted faults and at most {MAX_RUNS} runs")
     runs = [
         _run(base, source, scene, axis, size, line, seed, methods)
         for axis in (Axis(WITHOUT, "", ((0.0, {}),)), *axes)

@@ -28,7 +28,7 @@ Row = dict[str, Any]
 
 @dataclass(frozen=True, slots=True)
 class Arrival:
-    """What a viewer may know of one frame.
+    """State of one frame for a viewer.
 
     Attributes:
         seq: frame counter.

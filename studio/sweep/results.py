@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from scenes.formats.storage.atomic import name_when_whole, write_whole
 from studio.console.machine import program_version
 from studio.sweep.plan import Run, SweepPlan
 
@@ -18,7 +18,7 @@ OWN_NAMES = frozenset({RUNS, SWEEP_JSON, SWEEP_HTML})
 
 
 class SweepFolder:
-    """Where a sweep leaves what it has, run by run.
+    """Folder of a sweep's results, run by run.
 
     Args:
         folder: made if it is not there.
@@ -32,7 +32,7 @@ class SweepFolder:
         if folder.exists() and not folder.is_dir():
             raise ValueError(f"{folder}: is a file; choose another folder with --out")
         names = sorted(e.name for e in folder.iterdir()) if folder.exists() else []
-        foreign = [name for name in names if not _is_own(name.split(".part-")[0])]
+        foreign = [name for name in names if not _is_own(name_when_whole(name))]
         if foreign:
             raise ValueError(
                 f"{folder}: holds {foreign[0]!r}, which no sweep wrote; "
@@ -42,7 +42,7 @@ class SweepFolder:
         self._folder = folder
 
     def done(self, runs: Iterable[Run]) -> dict[str, dict[str, Any]]:
-        """What is there already, by the run's name; a run that was made otherwise is not."""
+        """Return the results that are there, by run; a run that was made otherwise has none."""
         found: dict[str, dict[str, Any]] = {}
         for run in runs:
             try:
@@ -56,7 +56,7 @@ class SweepFolder:
     def add(self, run: Run, values: Mapping[str, Any]) -> dict[str, Any]:
         """Keep what a run gave."""
         whole = {"run": run.name, "run_hash": run_hash(run), **values}
-        _write(self._path(run), json.dumps(whole, indent=1, allow_nan=False) + "\n")
+        write_whole(self._path(run), json.dumps(whole, indent=1, allow_nan=False) + "\n")
         return whole
 
     def finish(self, plan: SweepPlan, rows: Sequence[Mapping[str, Any]], page: str) -> None:
@@ -70,8 +70,8 @@ class SweepFolder:
             "program": program_version(),
             "rows": list(rows),
         }
-        _write(self._folder / SWEEP_JSON, json.dumps(values, indent=1, allow_nan=False) + "\n")
-        _write(self._folder / SWEEP_HTML, page)
+        write_whole(self._folder / SWEEP_JSON, json.dumps(values, indent=1, allow_nan=False) + "\n")
+        write_whole(self._folder / SWEEP_HTML, page)
 
     def _path(self, run: Run) -> Path:
         return self._folder / RUNS / f"{run.name}.json"
@@ -86,13 +86,3 @@ def run_hash(run: Run) -> str:
     """A digest of everything that decides what a run gives."""
     told = json.dumps([asdict(run), program_version()], sort_keys=True)
     return hashlib.sha256(told.encode()).hexdigest()
-
-
-def _write(path: Path, text: str) -> None:
-    """All of it or nothing."""
-    part = path.with_name(f"{path.name}.part-{os.getpid()}")
-    try:
-        part.write_text(text, encoding="utf-8")
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)

@@ -295,7 +295,7 @@ def prompts_of(
     clicks: Sequence[Sequence[str]],
     strokes_out: Sequence[Sequence[str]],
 ) -> dict[str, Prompt]:
-    """What the command line marks, by view, in the order of first mention.
+    """Return the command line's marks by view, in the order of first mention.
 
     Raises:
         ValueError: a number is none, coordinates are odd in count, or a view has two boxes.

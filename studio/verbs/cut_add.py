@@ -28,7 +28,7 @@ from scenes.render.native import NativeRenderer
 from studio.console.progress import StageProgress, text_progress
 from studio.verbs.scale_flags import add_scale_flags, known_length
 
-LEAST_PHOTOS, VIDEO_FRAMES = 4, 40
+MIN_PHOTOS, VIDEO_FRAMES = 4, 40
 CAPTURED = "captured.gnx"
 """In the work folder: the object with what it stood on."""
 
@@ -151,7 +151,7 @@ def _options(args: argparse.Namespace, package: ScenePackage) -> PrepareOptions:
             sides_m=sides_m,
             known_codes=package.codes if sides_m is not None else (),
             known_length=length,
-            capture=CaptureOptions(frames=VIDEO_FRAMES, least_frames=LEAST_PHOTOS),
+            capture=CaptureOptions(frames=VIDEO_FRAMES, least_frames=MIN_PHOTOS),
             collision=False,
             keep_floaters=True,
         )

@@ -28,12 +28,12 @@ if TYPE_CHECKING:
 Picture = NDArray[np.uint8]
 
 PANEL_PX = 480
-MOST_BYTES = 150_000
+MAX_BYTES = 150_000
 QUALITIES = (85, 75, 65, 50, 35)
 GAP_PX = 6
 GREY = (0.22, 0.23, 0.25)
 POSES = ("poses/reconstruction", "poses/sfm/reconstruction")
-"""Where a work folder keeps the photos with their poses."""
+"""Place of the photos with their poses in a work folder."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -184,7 +184,7 @@ def _side_by_side(panels: list[Picture]) -> Picture:
 
 
 def _jpeg(picture: Picture) -> bytes:
-    """As good as it can be within `MOST_BYTES`."""
+    """As good as it can be within `MAX_BYTES`."""
     from PIL import Image
 
     data = b""
@@ -192,6 +192,6 @@ def _jpeg(picture: Picture) -> bytes:
         buffer = io.BytesIO()
         Image.fromarray(picture).save(buffer, "JPEG", quality=quality, optimize=True)
         data = buffer.getvalue()
-        if len(data) <= MOST_BYTES:
+        if len(data) <= MAX_BYTES:
             break
     return data

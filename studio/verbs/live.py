@@ -7,12 +7,12 @@ import json
 import signal
 import sys
 import tempfile
-import threading
 from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from scenes.workers.task import Task
 from studio.verbs.result_flags import add_result_flags, check_free, next_free
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from studio.session.session import SessionOutput
 
 DEFAULT_CAMERA = "rtmp://:1935/live/room"
-"""Where the studio listens when nothing is said: any camera's app can push there."""
+"""Address on which the studio listens when none is given: any camera's app can push there."""
 
 DEFAULT_OUT = Path("out/live")
 
@@ -174,10 +174,7 @@ def _play(
     session: LiveSession, rehearsed: RehearsedLive | None, args: argparse.Namespace
 ) -> LiveResult:
     """Run it on this thread, with a status line, until its time is over or Ctrl-C."""
-    over = threading.Event()
-    threading.Thread(
-        target=_watch_over, args=(session, args.seconds, over), name="status", daemon=True
-    ).start()
+    status = Task("status", lambda task: _watch_over(session, args.seconds, task)).start()
     if rehearsed is not None:
         rehearsed.direct()
 
@@ -190,13 +187,13 @@ def _play(
         return session.run(watch)
     finally:
         signal.signal(signal.SIGINT, previous)
-        over.set()
+        status.cancel()
 
 
-def _watch_over(session: LiveSession, seconds: float | None, over: threading.Event) -> None:
+def _watch_over(session: LiveSession, seconds: float | None, task: Task[None]) -> None:
     """Say how it goes, and end it when it was live for long enough."""
     said = ""
-    while not over.wait(STATUS_S):
+    while not task.pause(STATUS_S):
         status = session.status()
         if seconds is not None and status.live_s is not None and status.live_s >= seconds:
             session.end()

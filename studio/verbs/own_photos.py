@@ -18,7 +18,7 @@ from scenes.package.records import ViewPoint
 from scenes.prepare.cutout.marks.masks import Prompt
 from scenes.prepare.footage.picture_files import read_stored, read_upright
 
-MOST_UNEVEN = 0.01
+MAX_UNEVEN = 0.01
 """Relative difference of how much a photo is stretched across and down, at most. A crop of one
 pixel of the sides of an 800 × 600 photo makes 0.0004; another shape is another photo, or one on its
 side."""
@@ -39,7 +39,7 @@ def own_photo(view: ViewPoint, path: Path, prompt: Prompt) -> tuple[NDArray[np.u
         return np.ascontiguousarray(photo[..., ::-1]), prompt
     height, width = photo.shape[:2]
     across, down = wanted[0] / width, wanted[1] / height
-    if abs(across / down - 1) > MOST_UNEVEN:
+    if abs(across / down - 1) > MAX_UNEVEN:
         raise ValueError(
             f"{path}: {width}×{height} px, but its camera has {wanted[0]}×{wanted[1]}; give the "
             "photo that the scene was made of, whole and upright"
@@ -58,7 +58,7 @@ def _photo(path: Path, wanted: tuple[int, int]) -> NDArray[np.uint8] | None:
     if upright is None or stored is None:
         return None
     is_on_its_side = abs(upright.shape[0] * wanted[0] / (upright.shape[1] * wanted[1]) - 1)
-    return stored if is_on_its_side > MOST_UNEVEN else upright
+    return stored if is_on_its_side > MAX_UNEVEN else upright
 
 
 def _scaled(prompt: Prompt, across: float, down: float) -> Prompt:

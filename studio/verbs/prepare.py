@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 QUALITIES = ("preview", "default", "fine")
 TRAINERS = ("built-in", "gsplat", "brush", "opensplat", "inria")
-LEAST_FRAMES = 8
+MIN_FRAMES = 8
 REPORT, ORIGIN = "report.html", "shared-origin.json"
 
 EXAMPLES = """\
@@ -280,8 +280,8 @@ def rows_of(prepared: Prepared) -> list[Row]:
 
 
 def _frames(text: str) -> int:
-    if not text.isdigit() or int(text) < LEAST_FRAMES:
-        raise argparse.ArgumentTypeError(f"{text}: wanted {LEAST_FRAMES} or more")
+    if not text.isdigit() or int(text) < MIN_FRAMES:
+        raise argparse.ArgumentTypeError(f"{text}: wanted {MIN_FRAMES} or more")
     return int(text)
 
 

@@ -10,7 +10,7 @@ PACKAGE_SUFFIX = ".gnx"
 
 
 def add_unit_flags(parser: argparse.ArgumentParser) -> None:
-    """What a splat file of elsewhere does not say."""
+    """Add flags for the facts that a splat file of elsewhere does not say."""
     parser.add_argument(
         "--metres-per-unit", type=float, metavar="N", help="of a splat file that SCENE names"
     )

@@ -71,7 +71,7 @@ class Comparison:
             )
 
     def in_words(self) -> str:
-        """What came out, in one line."""
+        """Return the outcome in one line."""
         if not self.compared and not self.missing:
             return (
                 "nothing was compared: the recording holds no pictures with tracks; record a "

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
     from scenes.prepare.options import KnownLength, KnownObject
 
-LEAST_SIDE_M, MOST_SIDE_M = 0.005, 5.0
+MIN_SIDE_M, MAX_SIDE_M = 0.005, 5.0
 
 
 def add_scale_flags(group: argparse._ArgumentGroup, *, without: str) -> None:
@@ -153,8 +153,8 @@ def _sides(text: str) -> float | Mapping[str, float]:
 
 def _side(text: str) -> float:
     side_m = float(text)
-    if not LEAST_SIDE_M <= side_m <= MOST_SIDE_M:
+    if not MIN_SIDE_M <= side_m <= MAX_SIDE_M:
         raise argparse.ArgumentTypeError(
-            f"{text}: a code's side in metres, wanted {LEAST_SIDE_M} to {MOST_SIDE_M}"
+            f"{text}: a code's side in metres, wanted {MIN_SIDE_M} to {MAX_SIDE_M}"
         )
     return side_m

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
 
+from scenes.workers.task import Task
 from studio.console.progress import Progress, text_progress
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     from sim.wire.streaming.truth_file import TruthWriter
 
 DEFAULT_PUSH = "rtmp://127.0.0.1:1935/live/room"
-"""Where it streams to when nothing is said: the port on which the studio listens by default."""
+"""Address that it streams to when none is given: where the studio listens by default."""
 
 STATUS_S = 1.0
 """Seconds between two status lines."""
@@ -157,7 +158,7 @@ def _take_faults(schedule: FaultSchedule, camera: FilmCamera, voice: _Voice) -> 
     from sim.wire.faults.reading import read_fault
     from sim.wire.faults.schedule import FaultError
 
-    def read() -> None:
+    def read(_task: Task[None]) -> None:
         for line in sys.stdin:
             try:
                 fault = read_fault(line)
@@ -166,7 +167,7 @@ def _take_faults(schedule: FaultSchedule, camera: FilmCamera, voice: _Voice) -> 
             except FaultError as error:
                 voice.say("refused", {"why": str(error)})
 
-    threading.Thread(target=read, name="control", daemon=True).start()
+    Task("control", read).start()
 
 
 def _outputs(
@@ -292,7 +293,7 @@ def _script_film(args: argparse.Namespace, faults: tuple[WireFault, ...], voice:
 
 
 def films_folder() -> Path:
-    """Where films are kept: in NEXUS_HOME where that is set, else in the user's cache."""
+    """Return the folder of films: in NEXUS_HOME where that is set, else in the user's cache."""
     import platformdirs
 
     named = os.environ.get("NEXUS_HOME")

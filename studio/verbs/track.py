@@ -104,7 +104,7 @@ def run(args: argparse.Namespace) -> int:
 
 @dataclass(slots=True)
 class Tally:
-    """What is counted while footage is tracked.
+    """Counts of tracked footage.
 
     Attributes:
         frames: how many were tracked.

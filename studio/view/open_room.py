@@ -70,7 +70,7 @@ class RoomSides:
 
 
 def room_sides(room: SplatCloud, footprint_m: NDArray[np.float64]) -> RoomSides:
-    """Which sides of a room are closed.
+    """Return the sides of a room that are closed.
 
     Args:
         room: world metres, Z up, the floor at 0.

@@ -120,7 +120,7 @@ def draw_avatar(picture: Picture, camera: Camera, world_from_camera: Pose, avata
 
 
 def draw_line(picture: Picture, camera: Camera, world_from_camera: Pose, line: Annotation) -> None:
-    """What somebody has drawn, in its own colour, as a curve: lenses bend straight lines."""
+    """Draw somebody's line in its own colour, as a curve: lenses bend straight lines."""
     points = line.points_in_world
     steps = np.linspace(0.0, 1.0, 9)[:-1, None]
     curve = np.concatenate([*(a + steps * (b - a) for a, b in pairwise(points)), points[-1:]])

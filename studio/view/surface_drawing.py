@@ -103,7 +103,7 @@ def _part(
 def _met(
     quad: Quad, world_from_camera: Pose, rays: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Where (N, 3) unit rays meet a quad's plane: (N, 2) places, NaN if nowhere; (N,) ranges."""
+    """Intersect (N, 3) unit rays and a quad's plane: (N, 2) places, NaN if none; (N,) ranges."""
     plane_from_camera = quad.world_from_plane.inverse() @ world_from_camera
     eye = plane_from_camera.translation
     directions = rays @ plane_from_camera.rotation.T

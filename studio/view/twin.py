@@ -34,11 +34,11 @@ ABOVE_M = 16.0
 """Height of the camera that looks down: far up, so that walls hardly lean."""
 
 CUT_M = 2.15
-"""What is higher is left out of the view from above: the ceiling."""
+"""Height from which the view from above leaves everything out, the ceiling."""
 
 MARGIN_M = 0.15
 
-MOST_OPEN_ROOMS = 6
+MAX_OPEN_ROOMS = 6
 """Rooms without some of their sides that are kept: an orbit passes three sets of sides, coarse and
 fine."""
 
@@ -182,7 +182,7 @@ class Twin:
             return room
         key = hiding, is_coarse
         if key not in self._open_rooms:
-            if len(self._open_rooms) >= MOST_OPEN_ROOMS:
+            if len(self._open_rooms) >= MAX_OPEN_ROOMS:
                 self._open_rooms.clear()
             cloud = self._sides.without(room.cloud, hiding)
             self._open_rooms[key] = PosedSplats(cloud, Pose.identity())
@@ -191,7 +191,7 @@ class Twin:
     def _behind(
         self, camera: Pinhole | Fisheye, world_from_camera: Pose
     ) -> Colour | NDArray[np.float32]:
-        """What shows where the scan has a hole: inside the room, its usual colour."""
+        """Return the colour of the scan's holes: inside the room, its usual one."""
         *place, height = world_from_camera.translation
         low, high = self._footprint
         if height > self._top_m or (place < low).any() or (place > high).any():

@@ -19,6 +19,7 @@ from io import BufferedIOBase
 from typing import cast
 
 from scenes.memory import return_free_pages
+from scenes.workers.task import Task
 from tracking.beside.messages import (
     Answer,
     Part,
@@ -50,13 +51,13 @@ def serve(orders: BufferedIOBase, answers: BufferedIOBase) -> None:
     given_up: set[int] = set()
     is_over = threading.Event()
 
-    def listen() -> None:
+    def listen(_task: Task[None]) -> None:
         while _read_next(orders, waiting, given_up):
             pass
         is_over.set()
         waiting.put(None)
 
-    threading.Thread(target=listen, name="orders", daemon=True).start()
+    Task("orders", listen).start()
 
     def is_given_up(number: int) -> bool:
         return number in given_up or is_over.is_set()

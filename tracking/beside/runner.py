@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import logging
-import os
 import queue
 import subprocess
-import sys
 import threading
 from collections.abc import Sequence
 from contextlib import suppress
 from io import BufferedIOBase
-from pathlib import Path
 from typing import TypeVar, cast
 
+from scenes.workers.child_process import ChildProcess, module_command, module_environment
+from scenes.workers.task import Task
 from tracking.beside.messages import (
     Answer,
     Part,
@@ -27,9 +26,6 @@ from tracking.hypotheses.search_runner import Progress, SearchInFrames, Work
 T = TypeVar("T")
 
 log = logging.getLogger(__name__)
-
-ROOT = Path(__file__).parents[2]
-"""Folder of the program's packages."""
 
 MOST_DEATHS = 3
 """Deaths of the process after which searches are computed in the frames: it has no memory, or what
@@ -50,12 +46,11 @@ class _Process:
     """
 
     def __init__(self) -> None:
-        path = os.pathsep.join(p for p in (str(ROOT), os.environ.get("PYTHONPATH", "")) if p)
-        self._process = subprocess.Popen(
-            [sys.executable, "-m", "tracking.beside.process"],
+        self._process = ChildProcess(
+            module_command("tracking.beside.process"),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            env={**os.environ, "PYTHONPATH": path},
+            environment=module_environment(),
         )
         self._numbers: queue.SimpleQueue[int | None] = queue.SimpleQueue()
         self._unwritten: dict[int, Sequence[Part]] = {}
@@ -63,12 +58,10 @@ class _Process:
         self._awaited: set[int] = set()
         self._lock = threading.Lock()
         self.is_dead = False
-        self._threads = [
-            threading.Thread(target=run, name=f"search {name}", daemon=True)
-            for name, run in (("orders", self._write), ("answers", self._read))
+        self._tasks = [
+            Task("search orders", self._write).start(),
+            Task("search answers", self._read).start(),
         ]
-        for thread in self._threads:
-            thread.start()
 
     def order(self, number: int, parts: Sequence[Part]) -> None:
         """Compute a search once those before it have ended."""
@@ -94,16 +87,14 @@ class _Process:
         """End the process and the threads."""
         self._numbers.put(None)
         self._process.kill()
-        with suppress(subprocess.TimeoutExpired):
-            self._process.wait(LEAVING_S)
-        for thread in self._threads:
-            thread.join(LEAVING_S)
+        self._process.wait(LEAVING_S)
+        for task in self._tasks:
+            task.join(LEAVING_S)
 
-    def _write(self) -> None:
-        assert self._process.stdin is not None
+    def _write(self, _task: Task[None]) -> None:
         with suppress(OSError), self._process.stdin as stream:
             while (number := self._numbers.get()) is not None:
-                self._write_order(cast(BufferedIOBase, stream), number)
+                self._write_order(stream, number)
 
     def _write_order(self, stream: BufferedIOBase, number: int) -> None:
         """Write an order, or that it is given up; its pictures are not held here afterwards."""
@@ -111,10 +102,9 @@ class _Process:
             parts = self._unwritten.pop(number, ())
         write_message(stream, number, parts)
 
-    def _read(self) -> None:
-        assert self._process.stdout is not None
+    def _read(self, _task: Task[None]) -> None:
         with self._process.stdout as stream:
-            while self._read_answer(cast(BufferedIOBase, stream)):
+            while self._read_answer(stream):
                 pass
         self.is_dead = True
 

@@ -6,10 +6,8 @@ It runs with one socket as standard input: the address comes in one line, messag
 
 from __future__ import annotations
 
-import os
 import resource
 import socket
-import threading
 
 from devices.camera.address import CameraAddress, address_from_json
 from devices.camera.container_units import ContainerUnits
@@ -22,6 +20,7 @@ from devices.camera.pull.unit_line import (
     encode_unit,
 )
 from devices.camera.units import SourceError, StreamFormat
+from scenes.workers.parent import end_with_parent
 
 MOST_MEMORY_BYTES = 2 << 30
 """Address space that the process may take, bytes: what a hostile stream can cost. Reading 8K raw
@@ -36,7 +35,7 @@ def main() -> None:
     line = socket.socket(fileno=0)
     resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY_BYTES, MOST_MEMORY_BYTES))
     address = address_from_json(_first_line(line))
-    threading.Thread(target=_leave_with_studio, args=(line,), daemon=True).start()
+    end_with_parent(lambda: line.recv(4096), code=0)
     try:
         failed = _send_units(address, line)
     except OSError:
@@ -73,13 +72,6 @@ def _first_line(line: socket.socket) -> str:
             break
         data += more
     return data.decode().rstrip("\n")
-
-
-def _leave_with_studio(line: socket.socket) -> None:
-    """End the process at once when the other end of the socket is closed."""
-    while line.recv(4096):
-        pass
-    os._exit(0)
 
 
 if __name__ == "__main__":

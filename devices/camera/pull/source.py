@@ -18,6 +18,7 @@ from devices.camera.address import AddressKind, CameraAddress, address_to_json
 from devices.camera.pull.unit_line import Failed, LineError, LineReader, Opened
 from devices.camera.units import IDLE_S, Idle, SourceError, Unit
 from devices.clock import Clock
+from scenes.workers.child_process import ChildProcess
 
 READ_BYTES = 1 << 18
 """Bytes read at a time; the socket between two processes holds 208 kB by default."""
@@ -101,22 +102,20 @@ class PullSource:
             raise
         finally:
             line.close()
-            process.kill()
-            process.wait()
+            process.end()
 
     def close(self) -> None:
         """Nothing is open between calls of `units`."""
 
-    def _started(self) -> tuple[socket.socket, subprocess.Popen[bytes]]:
+    def _started(self) -> tuple[socket.socket, ChildProcess]:
         ours, theirs = socket.socketpair()
         try:
             with theirs:
-                process = subprocess.Popen(
+                process = ChildProcess(
                     self._command,
                     stdin=theirs.fileno(),
-                    stdout=subprocess.DEVNULL,
                     stderr=subprocess.DEVNULL,
-                    start_new_session=True,
+                    has_group=True,
                 )
         except OSError as error:
             ours.close()
@@ -132,7 +131,7 @@ class PullSource:
         return ours, process
 
     def _received(
-        self, line: socket.socket, process: subprocess.Popen[bytes], stop: threading.Event
+        self, line: socket.socket, process: ChildProcess, stop: threading.Event
     ) -> Iterator[Unit | Idle]:
         reader = LineReader()
         is_open = False
@@ -182,10 +181,9 @@ class PullSource:
             return f"waiting for a camera to send to {shown}"
         return self._failure or f"connecting to {shown}"
 
-    def _died(self, process: subprocess.Popen[bytes]) -> SourceError:
-        try:
-            code = process.wait(LEAVE_S)
-        except subprocess.TimeoutExpired:
+    def _died(self, process: ChildProcess) -> SourceError:
+        code = process.wait(LEAVE_S)
+        if code is None:
             return SourceError(f"{self._address.shown}: the process that reads it fell silent")
         how = f"was ended by signal {-code}" if code < 0 else f"ended with status {code}"
         return SourceError(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import re
 import secrets
 import shutil
 from collections.abc import Callable, Iterable
@@ -15,8 +16,40 @@ class WriteError(OSError):
     """Something could not be written; nothing of it is left behind."""
 
 
+def write_whole(
+    path: Path, content: str | Iterable[bytes | memoryview], *, makes_folder: bool = False
+) -> int:
+    """Write a file by a temporary sibling that is synced and renamed; return its size in bytes.
+
+    Args:
+        path: the file to make or replace.
+        content: its text, or its bytes in blocks, in order. They may be produced lazily.
+        makes_folder: whether its folder is made where there is none.
+
+    Raises:
+        OSError: as the system gives it. `path` is as it was, and nothing is left beside it.
+    """
+    if makes_folder:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    part = _sibling(path, "part")
+    try:
+        size = _write_synced(part, [content.encode()] if isinstance(content, str) else content)
+        part.replace(path)
+        _sync_folder(path.parent)
+    finally:
+        with suppress(OSError):
+            part.unlink()
+    return size
+
+
+def name_when_whole(name: str) -> str:
+    """Return the name that a temporary sibling gets once it is whole; any other name as it is."""
+    found = re.fullmatch(r"\.(.+)\.[0-9a-f]{8}\.(?:part|old)", name)
+    return name if found is None else found[1]
+
+
 def write_file(path: Path, blocks: Iterable[bytes | memoryview]) -> int:
-    """Write blocks to a temporary sibling, sync it and rename it to `path`.
+    """Write a file as `write_whole`, and say what to do where that fails.
 
     Args:
         path: the file to make or replace.
@@ -28,17 +61,10 @@ def write_file(path: Path, blocks: Iterable[bytes | memoryview]) -> int:
     Raises:
         WriteError: the disk is full, the folder is missing or not writable. `path` is as it was.
     """
-    part = _sibling(path, "part")
     try:
-        size = _write_synced(part, blocks)
-        part.replace(path)
-        _sync_folder(path.parent)
+        return write_whole(path, blocks)
     except OSError as error:
         raise _write_error(path, error) from error
-    finally:
-        with suppress(OSError):
-            part.unlink()
-    return size
 
 
 def write_folder(folder: Path, fill: Callable[[Path], None], *, replace: bool) -> None:

@@ -30,6 +30,7 @@ from scenes.prepare.train.training_photos import Photos
 from scenes.render.native import NativeRenderer
 from scenes.render.renderer import RenderOptions
 from scenes.render.training import Exposure
+from scenes.workers.child_process import ChildProcess
 
 ITERATIONS = 30_000
 """What these programs are made for; used where the options end by time alone."""
@@ -242,35 +243,17 @@ def _run(
     """Run to the end; what it prints goes to the log, from which progress is read."""
     progress(0.0, f"{program.name} starts")
     with log.open("wb") as output:
-        process = subprocess.Popen(
-            command, stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT
-        )
+        process = ChildProcess(command, stdout=output, stderr=subprocess.STDOUT)
         try:
-            while True:
-                try:
-                    code = process.wait(timeout=POLL_S)
-                    break
-                except subprocess.TimeoutExpired:
-                    line = _last_line(log)
-                    progress(_share_done(line, job.iterations), f"{program.name}: {line}")
+            while (code := process.wait(POLL_S)) is None:
+                line = _last_line(log)
+                progress(_share_done(line, job.iterations), f"{program.name}: {line}")
         finally:
-            _end(process)
+            process.end(PATIENCE_S)
     if code != 0:
         raise ValueError(
             f"{program.name}: ended with code {code}: {_last_line(log)!r}; all it said is in {log}"
         )
-
-
-def _end(process: subprocess.Popen[bytes]) -> None:
-    """Ask the program to stop, then make it."""
-    if process.poll() is not None:
-        return
-    process.terminate()
-    try:
-        process.wait(timeout=PATIENCE_S)
-    except subprocess.TimeoutExpired:
-        process.kill()
-        process.wait()
 
 
 def _last_line(log: Path, tail_bytes: int = 4096) -> str:

@@ -15,6 +15,7 @@ from random import Random
 from typing import Protocol
 from urllib.parse import urlsplit
 
+from scenes.workers.task import Task
 from sim.wire.accepting import AcceptingPort
 from sim.wire.rtsp.requests import (
     Interleaved,
@@ -199,18 +200,17 @@ class _Client:
         self._socket.settimeout(WAIT_S)
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._sending = threading.Lock()
-        self._over = threading.Event()
+        self._reader = Task("camera RTSP reads", self._read)
         self._vanished = threading.Event()
         self._session = f"{random.getrandbits(64):016x}"
         self._sender: Sender | None = None
-        self._player: threading.Thread | None = None
-        self._reader = threading.Thread(target=self._read, name="camera RTSP reads", daemon=True)
+        self._player: Task[None] | None = None
         self._reader.start()
 
     @property
     def is_alive(self) -> bool:
         """Whether the connection stands."""
-        return self._reader.is_alive()
+        return self._reader.is_running
 
     def vanish(self) -> None:
         """Send and read nothing any more, without hanging up."""
@@ -218,7 +218,7 @@ class _Client:
 
     def close(self) -> None:
         """Hang up and wait for the threads."""
-        self._over.set()
+        self._reader.cancel()
         with suppress(OSError):
             self._socket.shutdown(socket.SHUT_RDWR)
         self._reader.join(2 * SEND_S)
@@ -227,17 +227,17 @@ class _Client:
     def _is_silent(self) -> bool:
         return self._server.faults.silent or self._vanished.is_set()
 
-    def _read(self) -> None:
+    def _read(self, _task: Task[None]) -> None:
         requests, silent_s, looks = RequestReader(), 0.0, 0
         try:
-            while not self._over.is_set():
+            while not self._reader.is_cancelled:
                 looks += self._player is None
                 if looks > MOST_LOOKS:
                     return
                 if silent_s >= (IDLE_S if self._player is None else SESSION_S):
                     return
                 if self._is_silent:
-                    self._over.wait(WAIT_S)
+                    self._reader.pause(WAIT_S)
                     continue
                 try:
                     data = self._socket.recv(1 << 14)
@@ -256,7 +256,7 @@ class _Client:
             self._hang_up()
 
     def _hang_up(self) -> None:
-        self._over.set()
+        self._reader.cancel()
         if self._player is not None:
             self._player.join(2 * SEND_S)
         if self._sender is not None:
@@ -332,16 +332,13 @@ class _Client:
         if self._player is not None:
             return  # it plays
         self._server.plays += 1
-        self._player = threading.Thread(
-            target=self._stream, args=(sender,), name="camera RTSP sends", daemon=True
-        )
-        self._player.start()
+        self._player = Task("camera RTSP sends", lambda _: self._stream(sender)).start()
 
     def _stream(self, sender: Sender) -> None:
         viewing = self._server.stream.view()
         sender.begin(self._random)
         try:
-            while not self._over.is_set():
+            while not self._reader.is_cancelled:
                 unit = viewing.take(WAIT_S)
                 if unit is None or self._is_silent:
                     continue
@@ -355,7 +352,7 @@ class _Client:
             pass  # the player broke off, or takes nothing
         finally:
             viewing.close()
-            self._over.set()
+            self._reader.cancel()
 
     def _send_packets(self, channel: int | None, packets: list[bytes]) -> None:
         """Packets between replies; without a channel, bytes as they are."""
@@ -374,7 +371,7 @@ class _Client:
                     waited_s = 0.0
                 except TimeoutError:
                     waited_s += WAIT_S
-                    if waited_s >= SEND_S or self._over.is_set():
+                    if waited_s >= SEND_S or self._reader.is_cancelled:
                         raise
 
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from random import Random
 
 from devices.clock import Clock
+from scenes.workers.task import Task
 from sim.wire.faults.schedule import FaultSchedule, WireFault
 from sim.wire.faults.units import OutgoingUnit, UnitFaults, stills_of
 from sim.wire.film.film import Film
@@ -65,8 +65,7 @@ class FilmCamera:
         self._stills = stills_of(plan.film, plan.schedule)
         self._outputs: list[Output] = []
         self._start_ns: int | None = None
-        self._over = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="camera plays", daemon=True)
+        self._task = Task("camera plays", self._run)
         self._film_faults: Mapping[str, float] = {}
         self.taken = 0
         """Pictures so far."""
@@ -97,32 +96,31 @@ class FilmCamera:
     @property
     def is_running(self) -> bool:
         """Whether it still plays."""
-        return self._thread.is_alive()
+        return self._task.is_running
 
     def start(self) -> None:
         """Begin to play; the stream's time begins now."""
         self._start_ns = self._clock.now_ns()
-        self._thread.start()
+        self._task.start()
 
     def join(self, timeout_s: float) -> None:
         """Wait until it has played all."""
-        self._thread.join(timeout_s)
+        self._task.join(timeout_s)
 
     def close(self) -> None:
         """Stop, and hang up everywhere."""
-        self._over.set()
-        if self._thread.ident is not None:
-            self._thread.join()
+        self._task.cancel()
+        self._task.join()
         for output in self._outputs:
             output.close()
 
-    def _run(self) -> None:
+    def _run(self, _task: Task[None]) -> None:
         film, faults = (
             self._plan.film,
             UnitFaults(self._plan.film, self._plan.schedule, self._random, self._stills),
         )
         number, seen_ns = 0, -1
-        while not self._over.is_set():
+        while not self._task.is_cancelled:
             due_ns = film.time_ns(number)
             if self._plan.seconds is not None and due_ns >= self._plan.seconds * NANOSECONDS:
                 return
@@ -140,7 +138,7 @@ class FilmCamera:
 
     def _wait_until(self, t_ns: int) -> None:
         """In steps, so that a close is seen."""
-        while not self._over.is_set() and (rest := t_ns - self.now_ns()) > 0:
+        while not self._task.is_cancelled and (rest := t_ns - self.now_ns()) > 0:
             self._clock.sleep_until(self._clock.now_ns() + min(rest, NANOSECONDS // 5))
 
     def _take(self, number: int, due_ns: int, unit: OutgoingUnit | None) -> None:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import contextlib
-import threading
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 from devices.clock import Clock
 from devices.insta360.commands import CameraInfo
 from devices.messages import EncodedFrame
+from scenes.workers.task import Task
 from sim.wire.faults.schedule import WireState
 from sim.wire.faults.units import OutgoingUnit
 from sim.wire.osc_camera import OscCamera
@@ -54,7 +54,7 @@ class Insta360Output:
     def __init__(self, ports: Insta360Ports, clock: Clock, setting: OutputSetting) -> None:
         self._clock, self._setting = clock, setting
         self._outbox = Outbox()
-        self._over = threading.Event()
+        self._task = Task("camera faults", self._watch)
         self._connections_before = 0
         self._state = WireState()
         self._ports = ports
@@ -69,8 +69,7 @@ class Insta360Output:
             raise
         osc_port = None if self._osc is None else self._osc.address[1]
         self._ports = Insta360Ports(ports.host, port, osc_port)
-        self._thread = threading.Thread(target=self._watch, name="camera faults", daemon=True)
-        self._thread.start()
+        self._task.start()
 
     @property
     def url(self) -> str:
@@ -95,8 +94,8 @@ class Insta360Output:
 
     def close(self) -> None:
         """See `Output.close`."""
-        self._over.set()
-        self._thread.join()
+        self._task.cancel()
+        self._task.join()
         self._switch_off()
 
     def _listen(self) -> PreviewServer:
@@ -121,7 +120,7 @@ class Insta360Output:
         outbox = self._outbox = Outbox()
         outbox.open()
         # Another preview has an outbox of its own: two never share a stream.
-        while not self._over.is_set() and outbox is self._outbox:
+        while not self._task.is_cancelled and outbox is self._outbox:
             unit = outbox.take(self._setting.now, LOOK_S)
             if unit is None or unit.is_lost:
                 continue
@@ -131,10 +130,10 @@ class Insta360Output:
             self.sent_units += 1
             self._setting.sent(unit, self.name)
 
-    def _watch(self) -> None:
+    def _watch(self, _task: Task[None]) -> None:
         """Report clients, and be as faulty as the schedule has it."""
         known = 0
-        while not self._over.is_set():
+        while not self._task.is_cancelled:
             state = self._setting.current()
             if state != self._state or (self._preview is None and not state.away):
                 self._become(state)
@@ -142,7 +141,7 @@ class Insta360Output:
             if self.connections > known:
                 known = self.connections
                 self._setting.report("connected", to=self.name, connection=known)
-            self._over.wait(LOOK_S)
+            self._task.pause(LOOK_S)
 
     def _become(self, state: WireState) -> None:
         if state.away and self._preview is not None:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import contextlib
-import threading
 from collections import deque
 
 from devices.camera.rtmp.chunks import RtmpError
+from scenes.workers.task import Task
 from sim.wire.faults.units import OutgoingUnit
 from sim.wire.flv_packets import avc_header, avc_picture
 from sim.wire.rtmp_client import RtmpClient
@@ -32,13 +32,12 @@ class RtmpOutput:
         self.url = url
         self._setting = setting
         self._outbox = Outbox()
-        self._stop = threading.Event()
+        self._task = Task("camera pushes", self._run)
         self._abandoned: deque[RtmpClient] = deque()
         self._refusal = ""
         self.connections = 0
         self.sent_units = 0
-        self._thread = threading.Thread(target=self._run, name="camera pushes", daemon=True)
-        self._thread.start()
+        self._task.start()
 
     def put(self, unit: OutgoingUnit) -> None:
         """See `Output.put`."""
@@ -46,16 +45,16 @@ class RtmpOutput:
 
     def close(self) -> None:
         """See `Output.close`."""
-        self._stop.set()
-        self._thread.join(2 * STALLED_S)
+        self._task.cancel()
+        self._task.join(2 * STALLED_S)
         for client in self._abandoned:
             client.close()
 
-    def _run(self) -> None:
-        while not self._stop.is_set():
+    def _run(self, _task: Task[None]) -> None:
+        while not self._task.is_cancelled:
             state = self._setting.current()
             if not state.is_on or state.black_hole:
-                self._stop.wait(LOOK_S)
+                self._task.pause(LOOK_S)
                 continue
             try:
                 client = RtmpClient(self.url, timeout_s=STALLED_S)
@@ -65,7 +64,7 @@ class RtmpOutput:
                 self._refusal = ""
                 self._connected(client)
             if self._setting.current().is_on:
-                self._stop.wait(RETRY_S)
+                self._task.pause(RETRY_S)
 
     def _refused(self, words: str) -> None:
         """Say why there is no connection, once."""
@@ -88,7 +87,7 @@ class RtmpOutput:
 
     def _stream(self, client: RtmpClient) -> str:
         """Send until the camera or the receiver leaves; why, in words."""
-        while not self._stop.is_set():
+        while not self._task.is_cancelled:
             state = self._setting.current()
             if state.vanished:
                 self._abandon(client)
@@ -98,7 +97,7 @@ class RtmpOutput:
                 return "the camera was switched off"
             if state.black_hole:
                 self._outbox.shut()
-                self._stop.wait(LOOK_S)
+                self._task.pause(LOOK_S)
                 continue
             if not self._outbox.is_open:
                 self._outbox.open()

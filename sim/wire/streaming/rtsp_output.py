@@ -7,6 +7,7 @@ import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from scenes.workers.task import Task
 from sim.wire.faults.schedule import WireState
 from sim.wire.faults.units import OutgoingUnit
 from sim.wire.film.film import Film
@@ -67,15 +68,14 @@ class RtspOutput:
         )
         self._lock = threading.Lock()
         self._viewings: list[_Viewing] = []
-        self._over = threading.Event()
+        self._task = Task("camera RTSP faults", self._watch)
         self._state = WireState()
         self._connections_before = 0
         self._plays = 0
         self.sent_units = 0
         self._server: RtspServer | None = self._listen()
         self._place = RtspPlace(place.host, self._server.address[1])
-        self._thread = threading.Thread(target=self._watch, name="camera RTSP faults", daemon=True)
-        self._thread.start()
+        self._task.start()
 
     @property
     def url(self) -> str:
@@ -101,8 +101,8 @@ class RtspOutput:
 
     def close(self) -> None:
         """See `Output.close`."""
-        self._over.set()
-        self._thread.join()
+        self._task.cancel()
+        self._task.join()
         self._switch_off()
 
     def sent(self, unit: OutgoingUnit) -> None:
@@ -128,14 +128,14 @@ class RtspOutput:
         place = self._place
         return RtspServer(self._stream, self._setting.random, host=place.host, port=place.port)
 
-    def _watch(self) -> None:
+    def _watch(self, _task: Task[None]) -> None:
         """Be as faulty as the schedule has it."""
-        while not self._over.is_set():
+        while not self._task.is_cancelled:
             state = self._setting.current()
             if state != self._state or (self._server is None and not state.away):
                 self._become(state)
                 self._state = state
-            self._over.wait(LOOK_S)
+            self._task.pause(LOOK_S)
 
     def _become(self, state: WireState) -> None:
         if state.away:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 import time
 from pathlib import Path
 
@@ -26,6 +25,7 @@ from PySide6.QtWidgets import (
 )
 
 from devices.streams import Slot
+from scenes.workers.task import Task
 from studio.app.devices.checks_table import KINDS, VERDICTS, ChecksTable
 from studio.app.devices.latency_bar import LatencyBar
 from studio.app.devices.report_html import browser_page, report_page
@@ -60,7 +60,7 @@ class SessionDock(QWidget):
         super().__init__()
         self._bench = bench
         self._checks: Slot[list[Check]] = Slot()
-        self._checker: threading.Thread | None = None
+        self._checker: Task[None] | None = None
         self._last: tuple[int, float] = (-1, 0.0)
         self._rate: tuple[int, float, float] = (0, 0.0, 0.0)
         self._shown_report: Path | None = None
@@ -169,18 +169,15 @@ class SessionDock(QWidget):
 
     def check(self) -> None:
         """Begin to look at everything; the list comes when it is done."""
-        if self._checker is not None and self._checker.is_alive():
+        if self._checker is not None and self._checker.is_running:
             return
         self.checks_line.setText("checking …")
         self.check_button.setEnabled(False)
         run = self._bench.session
         folder = (settings_folder() / "rehearsals") if run is None else run.out.parent
-        self._checker = threading.Thread(
-            target=lambda: self._checks.put(run_checks(checks_for(recordings=folder))),
-            name="checks",
-            daemon=True,
-        )
-        self._checker.start()
+        self._checker = Task(
+            "checks", lambda _: self._checks.put(run_checks(checks_for(recordings=folder)))
+        ).start()
 
     def _show_checks(self, checks: list[Check]) -> None:
         self.check_button.setEnabled(True)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 
 from devices.streams import BoundedQueue, Slot, StreamClosedError, StreamFullError
+from scenes.workers.task import Task
 from studio.app.film.film_picture import FilmSet, film_picture
 from studio.app.film.moments import Moment, recorded_moments
 from studio.app.film.plan import FilmPlan
@@ -44,19 +44,18 @@ class FilmJob:
         """Pictures in the file."""
         self._made_of, self._recording = made_of, recording
         self._moments: BoundedQueue[Moment] = BoundedQueue(WAITING, name="film of a view")
-        self._cancelled = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="film of a view", daemon=True)
-        self._thread.start()
+        self._task = Task("film of a view", self._run)
+        self._task.start()
 
     @property
     def is_running(self) -> bool:
         """Whether it is still at work."""
-        return self._thread.is_alive()
+        return self._task.is_running
 
     @property
     def is_cancelled(self) -> bool:
         """Whether it was asked to stop, so that nothing of it is kept."""
-        return self._cancelled.is_set()
+        return self._task.is_cancelled
 
     def add(self, moment: Moment) -> None:
         """Film an instant of the window; it is left out and counted where too many wait."""
@@ -73,14 +72,14 @@ class FilmJob:
 
     def cancel(self) -> None:
         """Keep nothing; does not wait."""
-        self._cancelled.set()
+        self._task.cancel()
         self._moments.close()
 
     def join(self) -> None:
         """Wait for its end."""
-        self._thread.join()
+        self._task.join()
 
-    def _run(self) -> None:
+    def _run(self, _task: Task[None]) -> None:
         try:
             self._made_of.drawing.prepare()
             self._film()
@@ -114,7 +113,7 @@ class FilmJob:
         index = read_index(
             self._recording,
             progress=lambda share: self._say(READING * share),
-            cancelled=self._cancelled,
+            cancelled=self._task.cancelled,
         )
         if index is None:
             raise _CancelledError

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import signal
 import subprocess
 import tempfile
 import time
@@ -14,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from scenes.workers.child_process import ChildProcess
 from studio.app.measure.process import command, surroundings
 from studio.app.measure.shown import has_picture, rest, shown_window
 from studio.app.model.documents.autosave import Recovered, recoverable
@@ -104,23 +104,22 @@ def _cost(edits: int, after_s: float) -> float | None:
     """Kill one studio so long after so many edits; see `lost_s`."""
     with tempfile.TemporaryDirectory(prefix="nexus-kill-") as folder:
         home = Path(folder)
-        child = subprocess.Popen(
-            command("editing", folder), stdout=subprocess.PIPE, text=True, env=surroundings(home)
+        child = ChildProcess(
+            command("editing", folder), stdout=subprocess.PIPE, environment=surroundings(home)
         )
-        assert child.stdout is not None
         made: list[Made] = []
         is_killed = False
         for line in child.stdout:
-            words = line.split()
+            words = line.decode().split()
             if len(words) == 3:
                 made.append(Made(float(words[0]), words[1], words[2]))
             if len(made) >= edits and not is_killed:
                 is_killed = True
                 time.sleep(after_s)
-                child.send_signal(signal.SIGKILL)
-        child.wait()
+                child.kill()
+        code = child.wait()
         if not is_killed or not made:
-            raise RuntimeError(f"editing: its process ended by itself with {child.returncode}")
+            raise RuntimeError(f"editing: its process ended by itself with {code}")
         saved = load_document(home / f"{made[-1].project}{SUFFIX}")
         return lost_s(made, recoverable(home), saved)
 

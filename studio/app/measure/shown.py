@@ -5,12 +5,13 @@ from __future__ import annotations
 import resource
 import sys
 import tempfile
-import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from scenes.workers.task import Task
 
 if TYPE_CHECKING:  # takes a second to import: not before a measurement has begun
     from studio.app.shell.main_window import MainWindow
@@ -93,19 +94,17 @@ def asked_for_answers(window: MainWindow, took_ms: Callable[[float], object]) ->
 
     poster = Poster()
     poster.posted.connect(answer, Qt.ConnectionType.QueuedConnection)
-    ended = threading.Event()
 
-    def post() -> None:
-        while not ended.wait(POST_S):
+    def post(task: Task[None]) -> None:
+        while not task.pause(POST_S):
             poster.posted.emit(time.monotonic())
 
-    thread = threading.Thread(target=post, daemon=True)
-    thread.start()
+    posting = Task("posting", post).start()
     try:
         yield
     finally:
-        ended.set()
-        thread.join()
+        posting.cancel()
+        posting.join()
 
 
 def resident_mb() -> float:

@@ -12,7 +12,7 @@ from typing import Any, Literal, get_args
 
 import platformdirs
 
-from studio.app.model.whole_text import write_whole
+from scenes.formats.storage.atomic import write_whole
 
 Recent = Literal["recent", "recent_sessions", "recent_scenarios"]
 """Lists of what was opened."""
@@ -113,7 +113,9 @@ def save_settings(settings: Settings, path: Path) -> None:
     Raises:
         OSError: they cannot be written.
     """
-    write_whole(path, json.dumps(asdict(settings), indent=1, sort_keys=True) + "\n")
+    write_whole(
+        path, json.dumps(asdict(settings), indent=1, sort_keys=True) + "\n", makes_folder=True
+    )
 
 
 def _checked(name: str, value: Any) -> Any:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-import threading
 import time
 import traceback
 from collections import deque
@@ -13,6 +12,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from scenes.workers.task import Task
 from studio.app.model.settings import settings_folder
 from studio.app.plugins.registration import Registration
 
@@ -83,15 +83,14 @@ class PluginFolder:
         self.folder = folder
         self.plugins: dict[str, Plugin] = {}
         """By file name: those that work; one that fails after it was saved stays as it was."""
-        self.abandoned: list[threading.Thread] = []
-        """Threads of plug-ins that did not end in time, named after their files."""
+        self.abandoned: list[Task[None]] = []
+        """Tasks of plug-ins that did not end in time, named after their files."""
         self._changed, self._say, self._limit_s = changed, say, limit_s
-        self._tries: dict[str, tuple[_Try, threading.Thread]] = {}
+        self._tries: dict[str, tuple[_Try, Task[None]]] = {}
         self._seen: dict[str, int] = {}
         self._times: dict[str, int] = {}
         self._messages: deque[str] = deque(maxlen=MESSAGES)
-        self._closed = threading.Event()
-        self._watcher = threading.Thread(target=self._watch, name="plug-in folder", daemon=True)
+        self._watcher = Task("plug-in folder", self._watch)
 
     def start(self) -> None:
         """Begin to watch the folder."""
@@ -99,19 +98,19 @@ class PluginFolder:
 
     def close(self) -> None:
         """Stop watching; what runs is left to itself and its results are ignored."""
-        self._closed.set()
+        self._watcher.cancel()
 
     def poll(self) -> None:
         """Take what has been run since the last time, and start what was saved."""
         while self._messages:
             self._say("error", self._messages.popleft())
-        for name, (attempt, thread) in list(self._tries.items()):
+        for name, (attempt, task) in list(self._tries.items()):
             if attempt.is_done:
                 del self._tries[name]
                 self._take(name, attempt)
             elif time.monotonic() - attempt.started_s > self._limit_s:
                 del self._tries[name]
-                self.abandoned.append(thread)
+                self.abandoned.append(task)
                 text = f"plug-in {name}: does not end ({self._limit_s:g} s); left to itself."
                 self._say("error", f"{text} Look for a loop in it, save it, and it is run again.")
         times = self._times
@@ -141,20 +140,20 @@ class PluginFolder:
         except OSError as error:
             self._messages.append(f"plug-ins in {self.folder} cannot be read: {error.strerror}")
 
-    def _watch(self) -> None:
-        while not self._closed.is_set():
+    def _watch(self, task: Task[None]) -> None:
+        while not task.is_cancelled:
             self.look()
-            self._closed.wait(LOOK_EVERY_S)
+            task.pause(LOOK_EVERY_S)
 
     def _begin(self, name: str, mtime_ns: int) -> None:
-        alive = [thread for thread in self.abandoned if thread.is_alive()]
+        alive = [task for task in self.abandoned if task.is_running]
         if len(alive) >= ABANDONED:
             self._say("error", f"plug-in {name}: not run, {ABANDONED} loop already; start again")
             return
         attempt = _Try(self.folder / name, mtime_ns, self.plugins.get(name))
-        thread = threading.Thread(target=_run, args=(attempt,), name=f"plug-in {name}", daemon=True)
-        self._tries[name] = attempt, thread
-        thread.start()
+        task = Task(f"plug-in {name}", lambda _: _run(attempt))
+        self._tries[name] = attempt, task
+        task.start()
 
     def _take(self, name: str, attempt: _Try) -> None:
         if attempt.plugin is None:

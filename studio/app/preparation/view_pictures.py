@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import threading
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from devices.streams import Slot
+from scenes.workers.task import Task
 
 Pictures = dict[str, NDArray[np.uint8]]
 
@@ -25,9 +25,9 @@ class ViewPictures:
     def __init__(self, scene: Path, names: tuple[str, ...] = (), *, most: int = 8) -> None:
         self.result: Slot[Pictures | str] = Slot()
         self._scene, self._names, self._most = scene, names, most
-        threading.Thread(target=self._draw, name="drawing views", daemon=True).start()
+        Task("drawing views", self._draw).start()
 
-    def _draw(self) -> None:
+    def _draw(self, _task: Task[None]) -> None:
         from scenes.package import load_package
         from scenes.pose import Pose
         from scenes.render.native import NativeRenderer

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from scenes.formats.storage.atomic import write_whole
 from studio.app.model.runs.session_folders import NAME, local_time, reserved
-from studio.app.model.whole_text import write_whole
 
 if TYPE_CHECKING:  # what plays a sweep takes a second to import
     from studio.sweep.plan import Run
@@ -116,9 +116,9 @@ def write_sweep(folder: Path, name: str, scenario: str, values: Mapping[str, Any
     """
     from studio.sweep.toml_text import toml_text
 
-    write_whole(folder / f"{name}.toml", scenario)
+    write_whole(folder / f"{name}.toml", scenario, makes_folder=True)
     file = folder / f"{name}{SWEEP}"
-    write_whole(file, toml_text(values))
+    write_whole(file, toml_text(values), makes_folder=True)
     return file
 
 

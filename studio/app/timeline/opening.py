@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +9,7 @@ from pathlib import Path
 from devices.recording_index import is_whole
 from scenes.package import ScenePackage
 from scenes.state import ObjectModel
+from scenes.workers.task import Task
 from studio.app.timeline.recorded.errors import (
     ErrorCurve,
     Failure,
@@ -20,7 +20,6 @@ from studio.app.timeline.recorded.errors import (
 from studio.app.timeline.recorded.index import RecordingIndex
 from studio.app.timeline.recorded.reading import read_index
 from studio.app.timeline.recorded.spans import FaultSpan, StateSpan, fault_spans, state_spans
-from studio.app.timeline.task import Report, Task
 from studio.session.opening import scene_hash
 from studio.session.records.cut_short import is_cut_short
 from studio.session.records.outputs import RECORDING
@@ -63,11 +62,11 @@ def opening(path: Path, scene: ScenePackage | None) -> Task[OpenRecording | None
         scene: that is open, for its objects' symmetry, or None.
     """
 
-    def work(report: Report, cancelled: threading.Event) -> OpenRecording | None:
-        index = read_index(path, progress=report, cancelled=cancelled)
+    def work(task: Task[OpenRecording | None]) -> OpenRecording | None:
+        index = read_index(path, progress=task.report, cancelled=task.cancelled)
         return None if index is None else open_recording(index, scene)
 
-    return Task("opening a recording", work)
+    return Task("opening a recording", work, expected=Exception).start()
 
 
 def open_recording(index: RecordingIndex, scene: ScenePackage | None) -> OpenRecording:

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 from devices.clock import WallClock
 from devices.recording_index import is_whole
 from scenes.state import SceneState
+from scenes.workers.task import Task
 from studio.app.model.log import Level
 from studio.app.model.script import READING
 from studio.app.model.workbench import Workbench
 from studio.app.timeline.pictures.proxies import Proxies, proxies_of
 from studio.app.timeline.pictures.thread import PictureThread
 from studio.app.timeline.playback import Playback
-from studio.app.timeline.task import Task
 
 if TYPE_CHECKING:
     from studio.app.timeline.opening import OpenRecording
@@ -96,14 +96,14 @@ class Viewing:
         task = self._opening
         if task is None:
             return None
-        self.share = task.share.take() or self.share
+        self.share = task.share or self.share
         if task.is_running:
             return None
         self._opening = self.share = None
         self.bench.busy.discard(READING)
         path, self._wanted = self._wanted, None
-        if task.failure is not None:
-            self._refuse("error", task.failure)
+        if task.problem:
+            self._refuse("error", task.problem)
         if task.result is None or path is None:
             return None
         if self.bench.standing.is_session:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import threading
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from devices.streams import Slot
+from scenes.workers.task import Task
 from studio.app.model.documents.added_mesh import Axis, Geometry
 from studio.app.twin.edits import EditError
 from studio.app.twin.mesh_file import (
@@ -59,7 +59,7 @@ class MeshJob:
     ) -> None:
         self.result: Slot[ReadMesh] = Slot()
 
-        def run() -> None:
+        def run(_task: Task[None]) -> None:
             try:
                 geometry, read_in = _read(path, unit=unit, up=up, fallback=fallback)
                 text = described(path, geometry, unit=read_in, up=up)
@@ -69,7 +69,7 @@ class MeshJob:
                 axis = upper_axis(path, up)
                 self.result.put(ReadMesh(path, place, yaw_rad, geometry, text, read_in, axis))
 
-        threading.Thread(target=run, name="mesh file", daemon=True).start()
+        Task("mesh file", run).start()
 
 
 def _read(path: Path, *, unit: str, up: Up, fallback: Any) -> tuple[Geometry, str]:

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from devices.clock import Clock
 from devices.streams import BoundedQueue, Slot, StreamClosedError, StreamFullError
 from scenes.pose import Pose
+from scenes.workers.task import Task
 
 if TYPE_CHECKING:
     from sim.physics.by_hand import PhysicsByHand
@@ -85,8 +86,7 @@ class RunningPhysics:
         """Commands sent so far."""
         self._open, self._clock = open_physics, clock
         self._commands: BoundedQueue[Command] = BoundedQueue(COMMANDS, name="physics commands")
-        self._thread = threading.Thread(target=self._run, name="physics", daemon=True)
-        self._stopped = threading.Event()
+        self._task = Task("physics", self._run)
         self._paused = threading.Event()
         self._aim: _Aim | None = None
         self._grab = 0
@@ -102,17 +102,16 @@ class RunningPhysics:
 
     def start(self) -> None:
         """Begin."""
-        self._thread.start()
+        self._task.start()
 
     def stop(self) -> None:
         """End soon: nothing more is done after the tick that is being worked on."""
-        self._stopped.set()
+        self._task.cancel()
         self._commands.close()
 
     def join(self) -> None:
         """Wait until it has ended."""
-        if self._thread.is_alive():
-            self._thread.join()
+        self._task.join()
 
     @property
     def is_paused(self) -> bool:
@@ -264,10 +263,10 @@ class RunningPhysics:
         except (ValueError, KeyError) as error:
             self.problems.put(f"physics: {error.args[0] if error.args else error}")
 
-    def _run(self) -> None:
+    def _run(self, task: Task[None]) -> None:
         try:
             first: Command | None = None
-            while not self._stopped.is_set():
+            while not task.is_cancelled:
                 begun_ns = self._clock.now_ns()
                 self.tick(first)
                 first = None

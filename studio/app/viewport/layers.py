@@ -5,13 +5,13 @@ They are made on threads when they are first wanted, and again for another sessi
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 from devices.streams import Slot
 from scenes.mesh import CollisionMesh
+from scenes.workers.task import Task
 from studio.app.model.workbench import Topic, Workbench
 from studio.app.viewport.drawing.collision_wire import collision_mesh
 from studio.app.viewport.drawing.floor_errors import FloorErrors, floor_errors
@@ -46,7 +46,7 @@ class _Made(Generic[T]):
         self._source = source
         results = self._results
 
-        def run() -> None:
+        def run(_task: Task[None]) -> None:
             result: _Result[T]
             try:
                 result = _Result(source, make())
@@ -54,7 +54,7 @@ class _Made(Generic[T]):
                 result = _Result(source, None, str(error))
             results.put(result)
 
-        threading.Thread(target=run, name=self._name, daemon=True).start()
+        Task(self._name, run).start()
         return True
 
     def forget(self) -> None:

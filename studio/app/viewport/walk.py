@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import threading
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -13,6 +12,7 @@ from numpy.typing import NDArray
 from devices.streams import Slot
 from scenes.frames import look_at
 from scenes.pose import Pose
+from scenes.workers.task import Task
 
 if TYPE_CHECKING:
     from scenes.package import ScenePackage
@@ -39,12 +39,12 @@ class FoundFloor:
             return
         self._scene, self._floor, found = scene, None, self._found
 
-        def run() -> None:
+        def run(_task: Task[None]) -> None:
             from studio.app.viewport.visitor_floor import visitor_floor  # takes a while to import
 
             found.put((scene, visitor_floor(scene)))
 
-        threading.Thread(target=run, name="floor", daemon=True).start()
+        Task("floor", run).start()
 
     def of(self, scene: ScenePackage | None) -> FreeFloor | None:
         """A scene's floor; None before it is found."""

@@ -1,1 +1,1 @@
-"""What a session leaves behind: its folder, its recording, what made it."""
+"""Records of a session: its folder, its recording, the versions that made it."""

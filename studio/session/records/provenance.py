@@ -1,4 +1,4 @@
-"""Where a result comes from: versions of what made it."""
+"""Provenance of a result: versions of the program and its libraries."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Who tracks in a session: by name, guarded, with settings, and what it says of the camera."""
+"""Trackers of a session: by name, guarded, with settings, and what it says of the camera."""

@@ -1,4 +1,4 @@
-"""What a tracker says of the camera's standing, as events of a session."""
+"""A tracker's notices of the camera's standing, as events of a session."""
 
 from __future__ import annotations
 

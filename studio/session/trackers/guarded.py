@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 import sys
-import threading
 import traceback
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -15,6 +14,7 @@ import numpy as np
 from devices.messages import Frame
 from scenes.package import ScenePackage
 from scenes.state import TrackedObject, TrackState
+from scenes.workers.task import Task
 from studio.session.trackers.methods import MethodMaker
 from tracking.output import TrackingMethod, TrackOutput
 
@@ -110,21 +110,19 @@ class GuardedMethod:
         return GuardedState(inner, is_first=False, last=output.objects), output
 
     def _ask(self, work: Callable[[], T], limit_s: float) -> T | None:
-        """What the tracker answers; None if it does not, which has been said then."""
+        """Return the tracker's answer; None if there is none, which has been said then."""
         answer: _Answer[T] = _Answer()
 
-        def run() -> None:
+        def run(_task: Task[None]) -> None:
             try:
                 answer.value = work()
             except BaseException as error:  # noqa: BLE001 - also sys.exit: the session goes on
                 answer.problem = _words(error)
 
-        thread = threading.Thread(target=run, name=f"tracker {self._name}", daemon=True)
-        thread.start()
-        thread.join(limit_s)
-        if thread.is_alive():
-            problem = f"{_place_of(thread)}does not end ({limit_s:g} s a frame): is there a loop?"
-            _stop(thread)
+        task = Task(f"tracker {self._name}", run).start()
+        if not task.join(limit_s):
+            problem = f"{_place_of(task)}does not end ({limit_s:g} s a frame): is there a loop?"
+            _stop(task)
         elif answer.problem:
             problem = answer.problem
         else:
@@ -178,7 +176,7 @@ class GuardedMethod:
 
 
 def _whole(method: object) -> TrackingMethod[Any]:
-    """What was made, if it is a tracker.
+    """Return the object, if it is a tracker.
 
     Raises:
         TypeError: it has no `start` or `step`.
@@ -197,13 +195,13 @@ def _words(error: BaseException) -> str:
     return f"{place}{type(error).__name__}: {' '.join(str(error).split())}."
 
 
-def _place_of(thread: threading.Thread) -> str:
-    """File and line that a thread is at."""
-    frame = sys._current_frames().get(thread.ident or -1)
+def _place_of(task: Task[None]) -> str:
+    """File and line that a task is at."""
+    frame = sys._current_frames().get(task.thread_id or -1)
     return "" if frame is None else f"{frame.f_code.co_filename}:{frame.f_lineno}: "
 
 
-def _stop(thread: threading.Thread) -> None:
-    """Ask a thread to end at its next line of Python: a loop there would cost a core for good."""
-    number = ctypes.c_ulong(thread.ident or 0)
+def _stop(task: Task[None]) -> None:
+    """Ask a task to end at its next line of Python: a loop there would cost a core for good."""
+    number = ctypes.c_ulong(task.thread_id or 0)
     ctypes.pythonapi.PyThreadState_SetAsyncExc(number, ctypes.py_object(TrackerStoppedError))

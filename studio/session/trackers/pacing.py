@@ -1,4 +1,4 @@
-"""What paces the tracker's searches in a session, and what a recording says of it."""
+"""Pace of the tracker's searches in a session, and its record."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Pacing(Protocol):
         ...
 
     def stamp(self, frame: Frame) -> FrameStamp | None:
-        """What has to be recorded of a frame that has just been tracked, to repeat it."""
+        """Return the record of a frame that has just been tracked, to repeat it."""
         ...
 
     def close(self) -> None:

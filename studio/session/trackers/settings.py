@@ -19,7 +19,7 @@ WAITING = 64
 
 
 def settings_event(t_ns: int, options: TrackerOptions) -> Event:
-    """What a recording says of settings that hold from a frame on."""
+    """Return the event that records settings, which hold from a frame on."""
     return Event(t_ns, SOURCE, KIND, options_text(options))
 
 
@@ -88,7 +88,7 @@ class TrackerSettings:
             self._wanted_trial = options
 
     def tried(self, states: Mapping[str, Any], frame: Frame, now_ns: int) -> TrackOutput | None:
-        """What the first method that has settings gives of a frame with those that are tried."""
+        """Return the first adjustable method's answer with the settings that are tried."""
         with self._lock:
             wanted = self._wanted_trial
         if wanted is None:

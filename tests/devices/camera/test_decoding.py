@@ -87,7 +87,7 @@ def test_a_stop_ends_it_before_all_is_decoded():
 def test_pictures_that_cannot_be_decoded_are_an_error_for_the_reader():
     made = decoding(lambda _: None)
     made.put(Arrived(Unit(StreamFormat("vp6f"), b"x", True, None), 0, 0))
-    made._thread.join(LIMIT_S)
+    made._task.join(LIMIT_S)
     with pytest.raises(SourceError, match=r"set the camera to H\.264"):
         made.check()
     assert "vp6f" in str(made.finish(threading.Event()))
@@ -101,6 +101,6 @@ def test_a_defect_of_whoever_takes_pictures_reaches_the_reader():
 
     made = decoding(hand_out)
     made.put(Arrived(units(1, keyframe_interval=30)[0], 0, 0))
-    made._thread.join(LIMIT_S)
+    made._task.join(LIMIT_S)
     with pytest.raises(RuntimeError, match="decode test: died"):
         made.put(Arrived(units(1, keyframe_interval=30)[0], 1, 0))

@@ -8,7 +8,7 @@ from devices.recording import Recorder, RecordingError, read_session
 from devices.recording_codec import RecordedAnnotation, RecordedSurface, RecordedTrack
 from scenes.pose import Pose
 from scenes.state import Annotation, LiveSurface, TrackedObject, TrackState
-from studio.handover.moments import MOST_EVENTS, read_moments
+from studio.handover.moments import MAX_EVENTS, read_moments
 from studio.session.pipeline import CancelledError
 
 
@@ -83,7 +83,7 @@ def test_a_surface_is_its_outline_closed(drawn):
 def test_events_are_as_many_as_one_can_look_through_and_no_lost_frames(drawn):
     events = read(drawn).events
 
-    assert len(events) == MOST_EVENTS
+    assert len(events) == MAX_EVENTS
     assert not any(text.startswith("frame") for _t_ms, text in events)
 
 

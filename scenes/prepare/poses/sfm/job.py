@@ -8,6 +8,8 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
+from scenes.formats.storage.atomic import write_whole
+
 Mapper = Literal["auto", "incremental", "global"]
 Matching = Literal["auto", "exhaustive", "sequential"]
 
@@ -168,9 +170,7 @@ class JobResult:
 
 def write_json(path: Path, value: object) -> None:
     """Write one JSON file at once, so that a reader never sees half of it."""
-    part = path.with_suffix(".part")
-    part.write_text(json.dumps(value, default=str), encoding="utf-8")
-    part.replace(path)
+    write_whole(path, json.dumps(value, default=str))
 
 
 def job_to_json(job: Job) -> dict[str, Any]:

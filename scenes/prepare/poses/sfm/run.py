@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import errno
 import json
-import os
 import shutil
-import subprocess
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -30,6 +27,7 @@ from scenes.prepare.poses.sfm.verdict import describe, judge_result
 from scenes.prepare.progress import Progress, silent
 from scenes.prepare.reconstruction import Reconstruction
 from scenes.prepare.saved_reconstruction import load_reconstruction
+from scenes.workers.child_process import ChildProcess, module_command, module_environment
 
 SFM_FOLDER = "sfm"
 LEAST_VIEWS = 3
@@ -146,39 +144,31 @@ def run_worker(job: Job, progress: Progress) -> JobResult:
     for old in (RESULT_FILE, PROGRESS_FILE):
         (job.work / old).unlink(missing_ok=True)
     write_json(job.work / JOB_FILE, job_to_json(job))
-    root = str(Path(__file__).parents[4])
-    paths = [root, *filter(None, [os.environ.get("PYTHONPATH")])]
     with (job.work / LOG_FILE).open("wb") as log:
-        process = subprocess.Popen(
-            [sys.executable, "-m", "scenes.prepare.poses.sfm.worker", str(job.work / JOB_FILE)],
-            stdin=subprocess.DEVNULL,
+        process = ChildProcess(
+            module_command("scenes.prepare.poses.sfm.worker", str(job.work / JOB_FILE)),
             stdout=log,
             stderr=log,
-            env=os.environ | {"PYTHONPATH": os.pathsep.join(paths)},
+            environment=module_environment(),
         )
         try:
             _watch(process, job.work / PROGRESS_FILE, progress)
         finally:
-            process.kill()
-            process.wait()
-    if process.returncode != 0 or not (job.work / RESULT_FILE).is_file():
-        raise _failure(job.work, process.returncode)
+            code = process.end()
+    if code != 0 or not (job.work / RESULT_FILE).is_file():
+        raise _failure(job.work, code)
     values = json.loads((job.work / RESULT_FILE).read_text(encoding="utf-8"))
     if "refused" in values:
         raise CaptureError(values["refused"])
     return result_from_json(values)
 
 
-def _watch(process: subprocess.Popen[bytes], reports: Path, progress: Progress) -> None:
+def _watch(process: ChildProcess, reports: Path, progress: Progress) -> None:
     """Pass on the worker's reports until it ends; often, so that `Cancelled` takes effect soon."""
     done, note = 0.0, "starting"
     running = True
     while running:
-        try:
-            process.wait(timeout=POLL_S)
-            running = False
-        except subprocess.TimeoutExpired:
-            pass
+        running = process.wait(POLL_S) is None
         if reports.exists():
             lines = reports.read_text(encoding="utf-8").split("\n")
             if len(lines) > 1:

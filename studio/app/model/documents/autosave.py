@@ -16,6 +16,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from devices.streams import Slot
+from scenes.formats.storage.atomic import write_whole
+from scenes.workers.latest import Latest
 from studio.app.model.documents.document import Document
 from studio.app.model.documents.document_file import (
     SUFFIX,
@@ -24,7 +26,6 @@ from studio.app.model.documents.document_file import (
     load_document,
     project_of,
 )
-from studio.app.model.whole_text import write_whole
 
 STEM = "autosave-"
 BEGUN_NS = time.time_ns()
@@ -76,18 +77,16 @@ class Autosave:
 
     def __init__(self, folder: Path, *, pid: int | None = None, number: int = 0) -> None:
         self.path = folder / f"{STEM}{pid or os.getpid()}-{BEGUN_NS}-{number}{SUFFIX}"
-        self._slot: Slot[_Kept] = Slot()
         self._problem: Slot[str] = Slot()
-        self._thread = threading.Thread(target=self._run, name="autosave", daemon=True)
-        self._thread.start()
+        self._writer = Latest("autosave", self._write)
 
     def keep(self, document: Document, project: Path | None = None) -> None:
         """This is the work in progress now, and the file that it will be saved to."""
-        self._slot.put(_Kept(document, project))
+        self._writer.ask(_Kept(document, project))
 
     def forget(self) -> None:
         """Nothing is in progress: the document is saved as it is."""
-        self._slot.put(_Kept(None))
+        self._writer.ask(_Kept(None))
 
     def problem(self) -> str | None:
         """Why the last one could not be written, once; None if all is well."""
@@ -95,23 +94,25 @@ class Autosave:
 
     def stop(self, *, keep: bool = False) -> None:
         """End; the file goes, unless it is to be kept."""
-        self._slot.close()
-        self._thread.join()
+        self._writer.close(serves_last=True)
         if not keep:
             self.path.unlink(missing_ok=True)
 
-    def _run(self) -> None:
-        while (kept := self._slot.take(timeout_s=None)) is not None:
-            try:
-                if kept.document is None:
-                    self.path.unlink(missing_ok=True)
-                else:
-                    write_whole(self.path, document_to_text(kept.document, project=kept.project))
-            except OSError as error:
-                self._problem.put(
-                    f"work in progress cannot be kept: {self.path}: {error.strerror}; "
-                    "free some disk space, or save the project elsewhere"
+    def _write(self, kept: _Kept, _stale: threading.Event) -> None:
+        try:
+            if kept.document is None:
+                self.path.unlink(missing_ok=True)
+            else:
+                write_whole(
+                    self.path,
+                    document_to_text(kept.document, project=kept.project),
+                    makes_folder=True,
                 )
+        except OSError as error:
+            self._problem.put(
+                f"work in progress cannot be kept: {self.path}: {error.strerror}; "
+                "free some disk space, or save the project elsewhere"
+            )
 
 
 def recoverable(folder: Path) -> list[Recovered]:

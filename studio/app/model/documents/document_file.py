@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from scenes.formats.storage.atomic import write_whole
 from scenes.pose import Pose
 from scenes.state import Annotation, Avatar, LiveSurface
 from studio.app.model.documents.added_mesh import METRES, AddedMesh, unpacked
@@ -20,7 +21,6 @@ from studio.app.model.documents.document import (
     TrackerChoice,
     TwinEdits,
 )
-from studio.app.model.whole_text import write_whole
 from tracking.options import options_from_text, options_text
 
 T = TypeVar("T")
@@ -107,7 +107,7 @@ def save_document(document: Document, path: Path) -> None:
     Raises:
         OSError: it cannot be written; the old file is as it was.
     """
-    write_whole(path, document_to_text(document))
+    write_whole(path, document_to_text(document), makes_folder=True)
 
 
 def load_document(path: Path) -> Document:

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from devices.streams import Slot
+from scenes.workers.task import Task
 from studio.app.model.jobs.scene_job import SceneJob
 from tracking.options import TrackerOptions
 
@@ -82,7 +83,7 @@ class LiveJob(SceneJob):
         self._given = opened
         self._is_closing = False
         self._rehearsed: RehearsedLive | None = None
-        self._checker: threading.Thread | None = None
+        self._checker: Task[None] | None = None
         self._over = threading.Event()
 
     @property
@@ -101,15 +102,13 @@ class LiveJob(SceneJob):
     @property
     def is_checking(self) -> bool:
         """Whether everything is being looked at."""
-        return self._checker is not None and self._checker.is_alive()
+        return self._checker is not None and self._checker.is_running
 
     def check(self) -> None:
         """Look at everything again, on a thread; once more when the first picture comes."""
-        if self.live is not None and not self.is_checking:
-            self._checker = threading.Thread(
-                target=self._check, args=(self.live,), name="live checks", daemon=True
-            )
-            self._checker.start()
+        live = self.live
+        if live is not None and not self.is_checking:
+            self._checker = Task("live checks", lambda _: self._check(live)).start()
 
     def ask_to_stop(self) -> None:
         """End the session: it writes its report, and the thread ends soon after."""
@@ -121,9 +120,7 @@ class LiveJob(SceneJob):
         """End it and wait, for a few seconds at most; nothing is measured any more."""
         self._is_closing = True
         self.ask_to_stop()
-        if self._thread.is_alive():
-            self._thread.join(CLOSE_S)
-        if self._thread.is_alive() and self._rehearsed is not None:
+        if not self._task.join(CLOSE_S) and self._rehearsed is not None:
             self._rehearsed.__exit__(None, None, None)
 
     def adjust_tracker(self, options: TrackerOptions) -> bool:
@@ -141,7 +138,7 @@ class LiveJob(SceneJob):
             raise ValueError("live surfaces: wait until the camera is placed")
         self.live.make_live(surface)
 
-    def _run(self) -> None:
+    def _run(self, _task: Task[None]) -> None:
         try:
             self._play()
         except Exception as error:  # noqa: BLE001 - shown in the window's log
@@ -193,7 +190,7 @@ class LiveJob(SceneJob):
                     )
                 )
                 self._rehearsed.direct()
-            threading.Thread(target=self._watch_over, name="live session", daemon=True).start()
+            Task("live session", self._watch_over).start()
             self.check()
             self._finish(live.run(self._see_live))
 
@@ -222,7 +219,7 @@ class LiveJob(SceneJob):
         if self._rehearsed is not None:
             self._rehearsed.watch(output)
 
-    def _watch_over(self) -> None:
+    def _watch_over(self, _task: Task[None]) -> None:
         """Say how it goes; end it where the simulated camera has failed, or its time is over."""
         live, limit_s = self.live, self.plan.seconds
         assert live is not None

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from devices.streams import Slot
+from scenes.workers.task import Task
 from studio.console.progress import Progress
 
 if TYPE_CHECKING:  # what a session needs takes a second to import: not before the window is shown
@@ -66,7 +67,7 @@ class SceneJob:
         self.scene = scene
         self._keeps, self._trains_again = keeps, trains_again
         self._cancelled, self._stopped = threading.Event(), threading.Event()
-        self._thread = threading.Thread(target=self._run, name="session", daemon=True)
+        self._task = Task("session", self._run)
 
     def offer(self, trackers: Mapping[str, MethodMaker], faults: tuple[type[Fault], ...]) -> None:
         """The plan may ask for these trackers and faults, too; before it has begun."""
@@ -76,12 +77,12 @@ class SceneJob:
 
     def start(self) -> None:
         """Begin."""
-        self._thread.start()
+        self._task.start()
 
     @property
     def running(self) -> bool:
         """Whether it is still at work."""
-        return self._thread.is_alive()
+        return self._task.is_running
 
     @property
     def stops(self) -> bool:
@@ -100,8 +101,7 @@ class SceneJob:
     def cancel(self) -> None:
         """Ask it to stop and wait until it has."""
         self.ask_to_stop()
-        if self._thread.is_alive():
-            self._thread.join()
+        self._task.join()
 
     def adjust_tracker(self, options: TrackerOptions) -> bool:
         """Track with other settings from the next picture on; False while there is no session.
@@ -125,7 +125,7 @@ class SceneJob:
             raise ValueError("a live surface needs a session: rehearse first")
         self.session.make_live(surface)
 
-    def _run(self) -> None:
+    def _run(self, _task: Task[None]) -> None:
         progress = Progress(lambda text, _final: self.lines.put(text))
         try:
             if self._plan is None:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from devices.streams import Slot
+from scenes.workers.task import Task
 from studio.console.progress import Progress
 
 if TYPE_CHECKING:
@@ -28,21 +28,20 @@ class ShareJob:
         self.shared: Shared | None = None
         self.failure: Exception | None = None
         self._rehearsal, self.out, self._parts = rehearsal, out, parts
-        self._cancelled = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="share", daemon=True)
-        self._thread.start()
+        self._task = Task("share", self._run)
+        self._task.start()
 
     @property
     def is_running(self) -> bool:
         """Whether it is still at work."""
-        return self._thread.is_alive()
+        return self._task.is_running
 
     def close(self) -> None:
         """Cancel and wait."""
-        self._cancelled.set()
-        self._thread.join()
+        self._task.cancel()
+        self._task.join()
 
-    def _run(self) -> None:
+    def _run(self, task: Task[None]) -> None:
         from studio.handover.share import ALL, Part, share
 
         progress = Progress(lambda text, _final: self.lines.put(text))
@@ -52,7 +51,7 @@ class ShareJob:
                 self._rehearsal,
                 self.out,
                 progress=progress,
-                cancelled=self._cancelled,
+                cancelled=task.cancelled,
                 parts=parts,
             )
         except Exception as error:  # noqa: BLE001 - shown in the window's log

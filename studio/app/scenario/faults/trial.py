@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from devices.streams import Slot
+from scenes.workers.latest import Latest
 from studio.app.scenario.text.edits import with_camera, with_duration
 
 if TYPE_CHECKING:  # a session takes a second to import
@@ -85,71 +86,47 @@ class Trials:
 
     def __init__(self) -> None:
         self.results: Slot[TrialResult] = Slot()
-        self._wanted: TrialPlan | None = None
-        self._cancelled = threading.Event()
-        self._changed = threading.Condition()
         self._is_open = True
-        self._is_busy = False
-        self._thread: threading.Thread | None = None
+        self._player: Latest[TrialPlan] | None = None
 
     @property
     def is_busy(self) -> bool:
         """Whether one plays or waits."""
-        return self._is_busy
+        return self._player is not None and self._player.is_busy
 
     def start(self, plan: TrialPlan) -> None:
         """Play this one as soon as the one that plays has stopped."""
-        with self._changed:
-            if not self._is_open:
-                return
-            self._wanted, self._is_busy = plan, True
-            self._cancelled.set()
-            self._changed.notify_all()
-            if self._thread is None:
-                self._thread = threading.Thread(target=self._run, name="trials", daemon=True)
-                self._thread.start()
+        if not self._is_open:
+            return
+        if self._player is None:
+            self._player = Latest("trials", self._play)
+        self._player.ask(plan)
 
     def cancel(self) -> None:
         """Stop what plays."""
-        with self._changed:
-            self._wanted = None
-            self._cancelled.set()
+        if self._player is not None:
+            self._player.cancel()
 
     def close(self) -> None:
         """Stop and wait: the window closes."""
-        with self._changed:
-            self._is_open = False
-            self._wanted = None
-            self._cancelled.set()
-            self._changed.notify_all()
-        if self._thread is not None:
-            self._thread.join()
+        self._is_open = False
+        if self._player is not None:
+            self._player.close()
 
-    def _run(self) -> None:
-        while True:
-            with self._changed:
-                self._is_busy = self._wanted is not None
-                self._changed.wait_for(lambda: self._wanted is not None or not self._is_open)
-                if not self._is_open or self._wanted is None:
-                    return
-                plan, self._wanted = self._wanted, None
-                self._cancelled.clear()
-            self._play(plan)
-
-    def _play(self, plan: TrialPlan) -> None:
+    def _play(self, plan: TrialPlan, stale: threading.Event) -> None:
         from studio.session.pipeline import CancelledError
 
         try:
             with tempfile.TemporaryDirectory(prefix="nexus-trial-") as folder:
                 path = Path(folder) / "trial.toml"
                 path.write_text(trial_text(plan), encoding="utf-8")
-                self._rehearse(plan, path)
+                self._rehearse(plan, path, stale)
         except CancelledError:
             return
         except Exception as error:  # noqa: BLE001 - said beside the bars; the window goes on
             self.results.put(TrialResult({}, 0.0, str(error) or type(error).__name__))
 
-    def _rehearse(self, plan: TrialPlan, path: Path) -> None:
+    def _rehearse(self, plan: TrialPlan, path: Path, stale: threading.Event) -> None:
         from studio.evaluate.scores import ScoreBoard
         from studio.session.opening import open_session
         from studio.session.plan import SessionPlan
@@ -175,7 +152,7 @@ class Trials:
             share = min(0.99, output.input.frame.t_ns / max(session.duration_ns, 1))
             self.results.put(TrialResult(errors_of(board), share))
 
-        session.run(watch, cancelled=self._cancelled)
+        session.run(watch, cancelled=stale)
         self.results.put(TrialResult(errors_of(board), 1.0))
 
 

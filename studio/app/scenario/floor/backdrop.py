@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +9,7 @@ from numpy.typing import NDArray
 
 from devices.streams import BoundedQueue
 from scenes.package import ScenePackage
+from scenes.workers.task import Task
 from studio.app.scenario.plan import RoomPlan, room_plan
 
 PICTURE_PX = 640
@@ -49,8 +49,8 @@ class BackdropJob:
         self.scene = scene
         self._name = name
         self._found: BoundedQueue[Backdrop] = BoundedQueue(4, name="backdrop")
-        self._thread = threading.Thread(target=self._run, name="floor plan", daemon=True)
-        self._thread.start()
+        self._task = Task("floor plan", self._run)
+        self._task.start()
 
     def take(self) -> Backdrop | None:
         """What was found since the last time."""
@@ -59,9 +59,9 @@ class BackdropJob:
     @property
     def is_done(self) -> bool:
         """Whether nothing more comes."""
-        return not self._thread.is_alive()
+        return not self._task.is_running
 
-    def _run(self) -> None:
+    def _run(self, _task: Task[None]) -> None:
         try:
             self._found.put(Backdrop(self.scene, plan=self._plan()))
             self._found.put(self._picture())

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+from scenes.formats.storage.atomic import write_whole
 from sim.faults.fault import Fault
 from sim.scenarios.scenario import (
     DEFAULT_SCENARIOS,
@@ -16,7 +17,6 @@ from sim.scenarios.scenario import (
     scenario_names,
 )
 from sim.tables import ScenarioError
-from studio.app.model.whole_text import write_whole
 from studio.app.model.workbench import Topic, Workbench
 from studio.app.scenario.text.toml_spans import EditError
 
@@ -188,7 +188,7 @@ class ScenarioEditing:
         Raises:
             OSError: it cannot be written.
         """
-        write_whole(path, self.text if self.draft is None else self.draft)
+        write_whole(path, self.text if self.draft is None else self.draft, makes_folder=True)
         self.bench.say("info", f"saved {path}")
         self.bench.remember(str(path), "recent_scenarios")
 

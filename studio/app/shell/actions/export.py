@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QTimer
 
+from scenes.workers.task import Task
 from studio.app.model.actions import Action, Choice
 from studio.app.model.documents.document import shown_pose
 from studio.app.model.workbench import Workbench
@@ -74,9 +74,8 @@ class SplatExport:
 
     def __init__(self, bench: Workbench, ask: Ask) -> None:
         self._bench, self._ask = bench, ask
-        self._thread: threading.Thread | None = None
+        self._task: Task[None] | None = None
         self._said = ""
-        self._failure = ""
         self._timer = QTimer()
         self._timer.setInterval(POLL_MS)
         self._timer.timeout.connect(self._poll)
@@ -90,7 +89,7 @@ class SplatExport:
             self.export,
             "the room as it is shown, or an object, for other programs: PLY, SPZ, glTF, USD …",
             arguments=("what", "path"),
-            available=lambda: self._bench.scene is not None and self._thread is None,
+            available=lambda: self._bench.scene is not None and self._task is None,
             choices=self._choices,
         )
 
@@ -115,11 +114,16 @@ class SplatExport:
         except ValueError as error:
             self._bench.notify(str(error))
             raise
-        self._thread = threading.Thread(target=self._write, args=(target, cloud), name=BUSY)
-        self._failure, self._said = "", f"exported {len(cloud):,} splats to {target}"
+        self._task = Task(
+            BUSY,
+            lambda _: self._write(target, cloud),
+            expected=(ValueError, OSError),
+            is_awaited=True,
+        )
+        self._said = f"exported {len(cloud):,} splats to {target}"
         self._bench.busy.add(BUSY)
         self._bench.say("info", f"exporting {len(cloud):,} splats to {target} …")
-        self._thread.start()
+        self._task.start()
         self._timer.start()
 
     def _choices(self) -> Sequence[Choice]:
@@ -139,19 +143,16 @@ class SplatExport:
         from scenes.formats.registry import require_world_writer
         from scenes.formats.storage.blocks import in_blocks
 
-        try:
-            require_world_writer(target)[1](target, in_blocks(cloud))
-        except (ValueError, OSError) as error:
-            self._failure = str(error)
+        require_world_writer(target)[1](target, in_blocks(cloud))
 
     def _poll(self) -> None:
-        if self._thread is None or self._thread.is_alive():
+        if self._task is None or self._task.is_running:
             return
         self._timer.stop()
-        self._thread = None
+        failure, self._task = self._task.problem, None
         self._bench.busy.discard(BUSY)
-        if self._failure:
-            self._bench.say("error", self._failure)
-            self._bench.notify(self._failure)
+        if failure:
+            self._bench.say("error", failure)
+            self._bench.notify(failure)
         else:
             self._bench.say("info", self._said)

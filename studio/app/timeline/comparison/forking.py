@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import tempfile
-import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from scenes.workers.task import Task
 from studio.app.model.documents.document import Document
-from studio.app.timeline.task import Report, Task
 
 if TYPE_CHECKING:  # what a session needs takes a second to import
     from scenes.package import ScenePackage
@@ -57,7 +56,7 @@ def planning_fork(
         more_faults: kinds of plug-ins that scenarios may have.
     """
 
-    def work(_report: Report, _cancelled: threading.Event) -> PlannedFork:
+    def work(_task: Task[PlannedFork]) -> PlannedFork:
         from studio.session.fork import open_fork
         from studio.session.plan import SessionPlan
 
@@ -73,7 +72,7 @@ def planning_fork(
         plan = SessionPlan(scene=info.scene, seed=info.seed, methods=info.methods, fork=fork)
         return PlannedFork(plan, in_vain(fork, scene))
 
-    return Task("planning a fork", work)
+    return Task("planning a fork", work, expected=Exception).start()
 
 
 def in_vain(fork: Fork, scene: ScenePackage | None) -> str:
@@ -136,7 +135,7 @@ class TwoRuns:
 def comparing(a: Path, b: Path) -> Task[TwoRuns]:
     """Begin to compare two folders of rehearsals or forks."""
 
-    def work(report: Report, cancelled: threading.Event) -> TwoRuns:
+    def work(task: Task[TwoRuns]) -> TwoRuns:
         from studio.app.timeline.opening import open_recording, recording_file
         from studio.app.timeline.recorded.reading import read_index
         from studio.compare.comparison import read_comparison
@@ -149,19 +148,21 @@ def comparing(a: Path, b: Path) -> Task[TwoRuns]:
         comparison = read_comparison(a, b, tolerance=TOLERANCE)
         opened: list[OpenRecording] = []
         for folder in (a, b):
-            index = read_index(recording_file(folder), progress=report, cancelled=cancelled)
+            index = read_index(
+                recording_file(folder), progress=task.report, cancelled=task.cancelled
+            )
             if index is None:
                 raise ValueError("comparing was cancelled")
             opened.append(open_recording(index, comparison.scene))
         return TwoRuns(comparison, (opened[0], opened[1]))
 
-    return Task("comparing", work)
+    return Task("comparing", work, expected=Exception).start()
 
 
 def writing_page(comparison: Comparison) -> Task[Path]:
     """Begin to write the comparison's page beside B's folder; the result is its path."""
 
-    def work(_report: Report, _cancelled: threading.Event) -> Path:
+    def work(_task: Task[Path]) -> Path:
         from studio.compare.page import write_comparison
 
         folder = comparison.b.folder
@@ -169,4 +170,4 @@ def writing_page(comparison: Comparison) -> Task[Path]:
         write_comparison(comparison, path)
         return path
 
-    return Task("writing a page", work)
+    return Task("writing a page", work, expected=Exception).start()

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from devices.recording import read_session
+from scenes.workers.task import Task
 from studio.app.model.jobs.scene_job import SceneJob
 from studio.app.model.workbench import Workbench
 from studio.app.timeline.comparison.forking import (
@@ -16,7 +17,6 @@ from studio.app.timeline.comparison.forking import (
     planning_fork,
     writing_page,
 )
-from studio.app.timeline.task import Task
 
 if TYPE_CHECKING:
     from studio.session.plan import SessionPlan
@@ -127,7 +127,7 @@ class Runs:
             return None
         self._comparing = None
         if task.result is None:
-            self.bench.say("error", task.failure or "the runs cannot be compared")
+            self.bench.say("error", task.problem or "the runs cannot be compared")
         else:
             self.compared = task.result
         return task.result
@@ -140,7 +140,7 @@ class Runs:
         self.bench.busy.discard(PLANNING)
         planned = task.result
         if planned is None:
-            self.bench.say("error", task.failure or "the fork cannot be planned")
+            self.bench.say("error", task.problem or "the fork cannot be planned")
         elif planned.in_vain and not asked.anyway:
             self.bench.say("warning", planned.in_vain)
             ways = {"Fork all the same": lambda: self._play(asked, planned.plan)}
@@ -169,7 +169,7 @@ class Runs:
             return
         self._writing, self.page = None, task.result
         if task.result is None:
-            self.bench.say("error", task.failure or "the page cannot be written")
+            self.bench.say("error", task.problem or "the page cannot be written")
         else:
             self.bench.say("info", f"page: {task.result}")
 

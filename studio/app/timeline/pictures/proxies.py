@@ -16,6 +16,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from scenes.workers.child_process import ChildProcess
+from scenes.workers.task import Task
 from studio.app.timeline.pictures.proxy_file import MOST_BYTES, ProxyFile, is_whole, proxy_folder
 from studio.app.timeline.pictures.reader import EARLY_PACKETS
 from studio.app.timeline.recorded.index import RecordingIndex
@@ -84,16 +86,15 @@ class Proxies:
         self._begin_after_s = begin_after_s
         self._lock = threading.Lock()
         self._held: set[str] = set()
-        self._process: subprocess.Popen[bytes] | None = None
+        self._process: ChildProcess | None = None
         self._file: ProxyFile | None = None
-        self._stopped = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="reduced pictures", daemon=True)
-        self._thread.start()
+        self._task = Task("reduced pictures", self._run)
+        self._task.start()
 
     @property
     def is_done(self) -> bool:
         """Whether nothing more is made."""
-        return not self._thread.is_alive()
+        return not self._task.is_running
 
     @property
     def path(self) -> Path | None:
@@ -143,10 +144,10 @@ class Proxies:
 
     def stop(self) -> None:
         """End at once; what is not finished is removed."""
-        self._stopped.set()
+        self._task.cancel()
         with self._lock:
             self._end_process()
-        self._thread.join()
+        self._task.join()
         with self._lock:
             if self._file is not None:
                 self._file.close()
@@ -155,8 +156,8 @@ class Proxies:
                         self._file.path.unlink()
                 self._file = None
 
-    def _run(self) -> None:
-        if self._stopped.wait(self._begin_after_s):
+    def _run(self, task: Task[None]) -> None:
+        if task.pause(self._begin_after_s):
             return
         try:
             process = self._begun()
@@ -165,25 +166,23 @@ class Proxies:
             return
         if process is None:
             return
-        assert process.stdout is not None
         with process.stdout as lines:
             for line in lines:
                 self._take(line.decode(errors="replace").rstrip("\n"))
         code = process.wait()
-        if code and not self._stopped.is_set() and not self.problem:
+        if code and not task.is_cancelled and not self.problem:
             self.problem = f"the process that makes reduced pictures ended with {code}"
 
-    def _begun(self) -> subprocess.Popen[bytes] | None:
+    def _begun(self) -> ChildProcess | None:
         with self._lock:
-            if self._stopped.is_set():
+            if self._task.is_cancelled:
                 return None
-            self._process = subprocess.Popen(
+            self._process = ChildProcess(
                 (*PROCESS, *self._arguments),
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.DEVNULL,
-                bufsize=0,
-                creationflags=getattr(subprocess, "IDLE_PRIORITY_CLASS", 0),
+                creation_flags=getattr(subprocess, "IDLE_PRIORITY_CLASS", 0),
             )
             if self._held:
                 self._say(b"h")
@@ -198,13 +197,13 @@ class Proxies:
                 self._file = ProxyFile(Path(rest))
 
     def _say(self, word: bytes) -> None:
-        if self._process is not None and self._process.stdin is not None:
+        if self._process is not None:
             with suppress(OSError, ValueError):
                 self._process.stdin.write(word)
+                self._process.stdin.flush()
 
     def _end_process(self) -> None:
         if self._process is not None:
             self._process.kill()
-            if self._process.stdin is not None:
-                with suppress(OSError):
-                    self._process.stdin.close()
+            with suppress(OSError):
+                self._process.stdin.close()

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from devices.messages import EncodedFrame
 from devices.packet_runs import PacketRun, RunError
 from devices.recording import RecordingReader
+from scenes.workers.task import Task
 from studio.app.timeline.pictures.proxy_file import SUFFIX, ProxyWriter, is_whole, make_room
 
 STDIN = 0
@@ -37,7 +38,7 @@ def main() -> None:
         os.nice(19)
     go, ended = threading.Event(), threading.Event()
     go.set()
-    threading.Thread(target=_listen, args=(go, ended), daemon=True).start()
+    Task("orders", lambda _: _listen(go, ended)).start()
 
     def is_ended() -> bool:
         go.wait()

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import threading
-from contextlib import nullcontext, suppress
+from contextlib import nullcontext
 from typing import TYPE_CHECKING
 
-from devices.streams import Slot, StreamClosedError
+from devices.streams import Slot
 from scenes.package import ScenePackage
+from scenes.workers.latest import Latest
 from studio.app.timeline.pictures.live_pictures import LiveReplay
 from studio.app.timeline.pictures.proxies import Proxies
 from studio.app.timeline.pictures.reader import (
@@ -42,42 +43,40 @@ class PictureThread:
         self.problems: Slot[str] = Slot()
         self._index = index
         self._proxies = proxies
-        self._wanted: Slot[int] = Slot()
-        self._newer = threading.Event()
+        self._reader: PictureReader | None = None
         self._replay = None if scene is None else LiveReplay(index, scene)
-        self._thread = threading.Thread(target=self._run, name="pictures", daemon=True)
-        self._thread.start()
+        self._worker = Latest("pictures", self._serve, began=self._open, ended=self._close)
 
     def ask(self, t_ns: int) -> None:
         """Want the picture at a time, and none that was asked for before."""
-        self._newer.set()
-        with suppress(StreamClosedError):
-            self._wanted.put(t_ns)
+        self._worker.ask(t_ns)
 
     def stop(self) -> None:
         """End; waits for the packet that is being decoded."""
-        self._newer.set()
-        self._wanted.close()
-        self._thread.join()
+        self._worker.close()
 
-    def _run(self) -> None:
+    def _open(self) -> None:
         packets = self._index.packets
         if packets is None:
             return
         try:
-            reader = PictureReader(self._index.path, packets)
+            self._reader = PictureReader(self._index.path, packets)
         except (ValueError, OSError) as error:
             self.problems.put(str(error))
-            return
-        try:
-            while (t_ns := self._wanted.take(timeout_s=None)) is not None:
-                self._newer.clear()
-                with nullcontext() if self._proxies is None else self._proxies.held("picture"):
-                    self._show(reader, packets, t_ns)
-        finally:
-            reader.close()
 
-    def _show(self, reader: PictureReader, packets: Packets, t_ns: int) -> None:
+    def _close(self) -> None:
+        if self._reader is not None:
+            self._reader.close()
+
+    def _serve(self, t_ns: int, stale: threading.Event) -> None:
+        reader, packets = self._reader, self._index.packets
+        if reader is not None and packets is not None:
+            with nullcontext() if self._proxies is None else self._proxies.held("picture"):
+                self._show(reader, packets, t_ns, stale)
+
+    def _show(
+        self, reader: PictureReader, packets: Packets, t_ns: int, stale: threading.Event
+    ) -> None:
         """Give the picture of an instant: reduced, or the keyframe's, before a full one far off."""
         early = self.pictures.put
         number = reader.packet_at(t_ns)
@@ -88,17 +87,17 @@ class PictureThread:
                 self.pictures.put(PictureAt(t_ns, taken_ns, reduced))
                 early = ignore
         try:
-            picture = reader.picture_at(t_ns, is_stale=self._newer.is_set, early=early)
+            picture = reader.picture_at(t_ns, is_stale=stale.is_set, early=early)
         except (ValueError, OSError) as error:
             self.problems.put(str(error))
             return
         if picture is not None:
             self.pictures.put(picture)
-            self._show_surfaces(picture)
+            self._show_surfaces(picture, stale)
 
-    def _show_surfaces(self, picture: PictureAt) -> None:
+    def _show_surfaces(self, picture: PictureAt, stale: threading.Event) -> None:
         """Unless another time is wanted by now: they take longer than the picture."""
-        if self._replay is None or not self._replay.has_any or self._newer.is_set():
+        if self._replay is None or not self._replay.has_any or stale.is_set():
             return
         try:
             self.live.put(self._replay.at(picture.asked_ns, picture.t_ns, picture.lenses))

@@ -76,12 +76,12 @@ def drawn_cells(
         low: (2,) corner of the first cell, world metres.
         cell_m: side of a cell.
     """
-    from studio.compare.floor_cells import LEAST_RANGE_CM
+    from studio.compare.floor_cells import MIN_RANGE_CM
 
     rows, columns = np.nonzero(np.isfinite(means_m))
     values = means_m[rows, columns]
     worst_m = float(values.max())
-    top_m = max(0.01 * LEAST_RANGE_CM, worst_m)
+    top_m = max(0.01 * MIN_RANGE_CM, worst_m)
     unit = np.array([[GAP, GAP], [1 - GAP, GAP], [1 - GAP, 1 - GAP], [GAP, 1 - GAP]])
     flat = low + cell_m * (np.stack([columns, rows], axis=1)[:, None, :] + unit)
     height = np.full((len(flat), 4, 1), HEIGHT_M)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from devices.streams import BoundedQueue, Slot, StreamClosedError, StreamFullError
 from scenes.cameras import Pinhole
 from scenes.pose import Pose
+from scenes.workers.task import Task
 from studio.app.viewport.drawing.mesh_picture import (
     NO_OPENGL,
     MeshDrawer,
@@ -44,8 +44,8 @@ class MeshThread:
         self.problems: Slot[str] = Slot()
         """Why meshes cannot be drawn here, once."""
         self._queue: BoundedQueue[_Wanted] = BoundedQueue(MOST_WAITING, name="mesh pictures")
-        self._thread = threading.Thread(target=self._run, name="meshes", daemon=True)
-        self._thread.start()
+        self._task = Task("meshes", self._run)
+        self._task.start()
 
     def draw(
         self, shapes: Sequence[Shape], camera: Pinhole, world_from_camera: Pose
@@ -61,9 +61,9 @@ class MeshThread:
     def close(self) -> None:
         """Give the context back; who still waits gets no picture."""
         self._queue.close()
-        self._thread.join()
+        self._task.join()
 
-    def _run(self) -> None:
+    def _run(self, _task: Task[None]) -> None:
         drawer: MeshDrawer | None = None
         try:
             if not can_try_opengl():

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +9,7 @@ from numpy.typing import NDArray
 
 from devices.clock import Clock, WallClock
 from devices.streams import Slot, StreamClosedError
+from scenes.workers.task import Task
 from studio.app.viewport.drawing.pacing import FULL, Grade, Pacing
 from studio.app.viewport.drawing.scene_drawing import SceneDrawing
 from studio.app.viewport.drawing.view_picture import View, draw_view
@@ -56,8 +56,8 @@ class TwinPainter:
         self._views: Slot[View] = Slot()
         self._clock = clock or WallClock()
         self._pacing = Pacing()
-        self._thread = threading.Thread(target=self._run, name="twin painter", daemon=True)
-        self._thread.start()
+        self._task = Task("twin painter", self._run)
+        self._task.start()
 
     def show(self, view: View) -> None:
         """Ask for a picture; an older request that was not begun is forgotten."""
@@ -66,9 +66,9 @@ class TwinPainter:
     def stop(self) -> None:
         """Finish the picture in hand and end."""
         self._views.close()
-        self._thread.join()
+        self._task.join()
 
-    def _run(self) -> None:
+    def _run(self, _task: Task[None]) -> None:
         shown: View | None = None
         while True:
             wait_s = self._pacing.refine_after_s(self._clock.now_ns()) if shown else None

@@ -6,6 +6,7 @@ import threading
 
 from devices.clock import Clock, WallClock
 from devices.streams import Slot, StreamClosedError
+from scenes.workers.task import Task
 from studio.app.viewport.drawing.pacing import Grade
 from studio.app.viewport.drawing.painter import Painted
 from studio.app.viewport.drawing.scene_drawing import SceneDrawing
@@ -30,9 +31,8 @@ class InsetPainter:
         self._turns: Turns[View] = Turns()
         self._pictures: dict[str, Slot[Painted]] = {}
         self._changed = threading.Condition()
-        self._ended = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="inset painter", daemon=True)
-        self._thread.start()
+        self._task = Task("inset painter", self._run)
+        self._task.start()
 
     def show(self, key: str, view: View) -> None:
         """Ask for a picture; an older request of that key that was not begun is forgotten."""
@@ -57,12 +57,12 @@ class InsetPainter:
 
     def stop(self) -> None:
         """Finish the picture in hand and end."""
-        self._ended.set()
+        self._task.cancel()
         with self._changed:
             self._changed.notify_all()
-        self._thread.join()
+        self._task.join()
 
-    def _run(self) -> None:
+    def _run(self, task: Task[None]) -> None:
         while (turn := self._next()) is not None:
             key, view = turn
             # Whoever comes first prepares what all views draw with: it takes a second, once.
@@ -77,11 +77,11 @@ class InsetPainter:
                     slot.put(Painted(picture, depth, view, GRADE, took_ns))
                 except StreamClosedError:
                     continue  # closed meanwhile
-            self._ended.wait(rest_s(took_ns / 1e9))
+            task.pause(rest_s(took_ns / 1e9))
 
     def _next(self) -> tuple[str, View] | None:
         with self._changed:
-            while not self._ended.is_set():
+            while not self._task.is_cancelled:
                 turn = self._turns.next()
                 if turn is not None:
                     return turn

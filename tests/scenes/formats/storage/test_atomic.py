@@ -1,9 +1,16 @@
+import os
 import subprocess
 import sys
 
 import pytest
 
-from scenes.formats.storage.atomic import WriteError, write_file, write_folder
+from scenes.formats.storage.atomic import (
+    WriteError,
+    name_when_whole,
+    write_file,
+    write_folder,
+    write_whole,
+)
 
 
 def failing_blocks():
@@ -118,3 +125,30 @@ def test_the_first_of_two_processes_wins_when_nothing_may_be_replaced(tmp_path):
     write_folder(folder, overtaken, replace=False)
     assert (folder / "inner" / "a.txt").read_text() == "fast"
     assert [p.name for p in tmp_path.iterdir()] == ["room"]
+
+
+def test_a_file_is_written_with_its_folders_and_replaced(tmp_path):
+    path = tmp_path / "a" / "b.txt"
+    for text in ("first, µ", "second"):
+        assert write_whole(path, text, makes_folder=True) == len(text.encode())
+        assert path.read_text(encoding="utf-8") == text
+    assert list(path.parent.iterdir()) == [path]
+
+
+def test_a_full_disk_is_the_system_s_own_error(tmp_path, monkeypatch):
+    def full(_descriptor):
+        raise OSError(28, "No space left on device")
+
+    path = tmp_path / "b.txt"
+    write_whole(path, "first")
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(OSError, match="No space left"):
+        write_whole(path, "second")
+    assert path.read_text(encoding="utf-8") == "first"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_the_name_of_a_sibling_tells_whose_it_is():
+    assert name_when_whole(".sweep.json.0123abcd.part") == "sweep.json"
+    assert name_when_whole("sweep.json") == "sweep.json"
+    assert name_when_whole(".hidden.part") == ".hidden.part"

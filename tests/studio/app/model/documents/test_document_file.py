@@ -59,7 +59,7 @@ def test_a_failed_save_keeps_the_old_file(tmp_path, monkeypatch):
     def full(_descriptor):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("studio.app.model.whole_text.os.fsync", full)
+    monkeypatch.setattr("scenes.formats.storage.atomic.os.fsync", full)
     with pytest.raises(OSError, match="No space"):
         save_document(Document("desk"), path)
     assert load_document(path).scene == "lab"
