@@ -39,6 +39,7 @@ from studio.app.shell.share_dialog import ask_share
 from studio.app.shell.single_keys import VIEW, SingleKeys
 from studio.app.shell.status_line import StatusLine
 from studio.app.shell.theme import THEMES, apply_theme
+from studio.app.shell.timeline_height import TimelineHeight
 from studio.app.shell.window_film import WindowFilm
 from studio.app.shell.work_in_progress import WorkInProgress
 
@@ -97,6 +98,7 @@ class MainWindow(QMainWindow):
         self.plugins = PluginHost(bench, plugins or home / "plugins", places=self._panels)
         self._single_keys = SingleKeys(self, self._docks)
         self._first_layout = Layout(bytes(self._docks.saveState().data()), FIRST_SHARES)
+        self._timeline_height = TimelineHeight(bench, self.docks["timeline"])
         self.menus = Menus(bench, self)
         self.palette_bar = CommandPalette(bench, self)
         self.cheat_sheet = CheatSheet(bench, self)
@@ -162,6 +164,8 @@ class MainWindow(QMainWindow):
     def _fill(self) -> None:
         if not self._timer.isActive():
             return  # closed before it was filled
+        if not self.bench.settings.layout:
+            self._timeline_height.lower()
         self.view = self._make_view(self.bench)
         self._middle.addWidget(self.view, 1)
         self.menus.build()
@@ -302,6 +306,7 @@ class MainWindow(QMainWindow):
         """See `Shell`."""
         if not name:
             self._first_layout.show(self._docks)
+            self._timeline_height.lower()
             return
         layout = self.bench.settings.layouts.get(name)
         if layout is None:
