@@ -31,7 +31,7 @@ from studio.app.model.topics import Notice, Topic
 if TYPE_CHECKING:
     from scenes.package import ScenePackage
     from studio.app.model.grabbing import Grabbing
-    from studio.app.model.sessions import Sessions
+    from studio.app.model.jobs.sessions import Sessions
     from studio.view.surface_drawing import LivePicture
 
 TRACE = 2000

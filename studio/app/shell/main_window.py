@@ -25,21 +25,21 @@ from studio.app.shell.actions.files import add_file_actions
 from studio.app.shell.actions.live import LiveActions
 from studio.app.shell.actions.sessions import add_session_actions
 from studio.app.shell.actions.window import add_shell_actions
-from studio.app.shell.cheat_sheet import CheatSheet
-from studio.app.shell.command_palette import CommandPalette
-from studio.app.shell.docks import CLOSED_AT_FIRST, DOCKS, Dock, make_content
+from studio.app.shell.docking.docks import CLOSED_AT_FIRST, DOCKS, Dock, make_content
+from studio.app.shell.docking.layouts import AREAS, FIRST_SHARES, Layout, add_dock_again
+from studio.app.shell.docking.timeline_height import TimelineHeight
 from studio.app.shell.first_page import FirstPage
 from studio.app.shell.history import QtHistory
-from studio.app.shell.layouts import AREAS, FIRST_SHARES, Layout, add_dock_again
+from studio.app.shell.keys.cheat_sheet import CheatSheet
+from studio.app.shell.keys.command_palette import CommandPalette
+from studio.app.shell.keys.single_keys import VIEW, SingleKeys
 from studio.app.shell.menus import Menus
 from studio.app.shell.notice import NoticeBar
 from studio.app.shell.questions import ask_file, ask_folder, ask_unsaved
 from studio.app.shell.script_run import ScriptRun
 from studio.app.shell.share_dialog import ask_share
-from studio.app.shell.single_keys import VIEW, SingleKeys
 from studio.app.shell.status_line import StatusLine
 from studio.app.shell.theme import THEMES, apply_theme
-from studio.app.shell.timeline_height import TimelineHeight
 from studio.app.shell.window_film import WindowFilm
 from studio.app.shell.work_in_progress import WorkInProgress
 

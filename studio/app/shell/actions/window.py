@@ -17,7 +17,7 @@ from studio.app.model.runs.live_run import LiveRun
 from studio.app.model.script import read_script
 from studio.app.model.settings import TEXT_SCALES, THEMES
 from studio.app.model.workbench import Workbench
-from studio.app.shell.docks import DOCKS
+from studio.app.shell.docking.docks import DOCKS
 
 
 class Shell(Protocol):

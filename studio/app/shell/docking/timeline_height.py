@@ -8,10 +8,16 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QSplitter
 
 from studio.app.model.workbench import Topic, Workbench
-from studio.app.shell.layouts import FIRST_SHARES
+from studio.app.shell.docking.layouts import FIRST_SHARES
 
 EMPTY_PX = 114
 """Height of its tab, its buttons and one line of words, at the system's size of text."""
+
+RAISED_PX = 260
+"""Least height with a recording, at that size of text: two rows, the curves and the legend."""
+
+MAX_SHARE = 0.5
+"""Of the window's docks: what the raised timeline takes at most."""
 
 SLACK_PX = 2
 """A height that differs by more was chosen by hand."""
@@ -44,8 +50,12 @@ class TimelineHeight:
             self._set_height(self._low_px)
 
     @property
+    def _text_scale(self) -> float:
+        return self._bench.settings.text_scale
+
+    @property
     def _wanted_px(self) -> int:
-        return round(EMPTY_PX * self._bench.settings.text_scale)
+        return round(EMPTY_PX * self._text_scale)
 
     @property
     def _is_needed(self) -> bool:
@@ -60,7 +70,9 @@ class TimelineHeight:
     def _raise_if_needed(self) -> None:
         splitter = self._splitter()
         if splitter is not None and self._is_needed and self._is_low():
-            self._set_height(round(FIRST_SHARES[0][1] * sum(splitter.sizes())))
+            whole_px = sum(splitter.sizes())
+            wanted_px = max(FIRST_SHARES[0][1] * whole_px, RAISED_PX * self._text_scale)
+            self._set_height(round(min(wanted_px, MAX_SHARE * whole_px)))
 
     def _follow_text(self) -> None:
         if self._low_px != self._wanted_px and self._is_low():
