@@ -78,6 +78,10 @@ def test_it_looks_as_it_did(taken, name, tmp_path):
 
 
 def again(stage, shot):
+    """The picture of a shot once more, with nothing recorded, as it was first taken."""
+    if stage.window.bench.recording is not None:
+        stage.window.bench.perform("timeline.close")
+    stage.window.bench.perform("layout.reset")
     return pixels_of(next(iter(stage.take((shot,))))[1])
 
 
