@@ -13,9 +13,8 @@ from PySide6.QtCore import QByteArray, QTimer
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QResizeEvent
 from PySide6.QtWidgets import QApplication, QLabel, QMainWindow, QVBoxLayout, QWidget
 
-from studio.app.model.runs.leaving import Answer, Leaving, document_name
+from studio.app.model.runs.leaving import Answer, Leaving, Replacing, document_name
 from studio.app.model.runs.live_run import LiveRun
-from studio.app.model.runs.replacing import Replacing
 from studio.app.model.runs.session_run import SessionRun
 from studio.app.model.settings import save_settings
 from studio.app.model.workbench import Topic, Workbench

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+import threading
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from devices.streams import Slot
 from scenes.frames import WORLD_FROM_GLTF
 from studio.app.model.documents.added_mesh import METRES, MOST_TRIANGLES, Axis, Geometry
 from studio.app.twin.edits import EditError
@@ -167,3 +170,66 @@ def _colours(surface: Any, fallback: Any, count: int) -> NDArray[np.uint8]:
     except Exception:  # noqa: BLE001 - as above: a damaged picture costs the colours, not the mesh
         return plain
     return colours[:, :3].copy() if colours.shape[:1] == (count,) else plain
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ReadMesh:
+    """A mesh that was read, or why it was not.
+
+    Attributes:
+        path: of the file.
+        place: (3,) where it is to stand, world metres.
+        yaw_rad: heading.
+        geometry: its triangles, or None.
+        unit, up: that its lengths were taken to be in, and its upper axis.
+        text: what there is to say of it.
+    """
+
+    path: Path
+    place: Any
+    yaw_rad: float
+    geometry: Geometry | None
+    text: str
+    unit: str = "m"
+    up: Axis = "z"
+
+
+class MeshJob:
+    """Reads one file.
+
+    Args:
+        path: of the file.
+        place: (3,) where the mesh is to stand.
+        yaw_rad: heading.
+        unit: see `read_geometry`; "" for metres, or the likeliest unit of a mesh that would be too
+            large for a room in metres.
+        up: see `read_geometry`.
+        fallback: colour (3,) 0..1 of a mesh without.
+    """
+
+    def __init__(
+        self, path: Path, *, place: Any, yaw_rad: float, unit: str, up: Up, fallback: Any
+    ) -> None:
+        self.result: Slot[ReadMesh] = Slot()
+
+        def run() -> None:
+            try:
+                geometry, read_in = _read(path, unit=unit, up=up, fallback=fallback)
+                text = described(path, geometry, unit=read_in, up=up)
+            except (EditError, ValueError, OSError, MemoryError) as error:
+                self.result.put(ReadMesh(path, place, yaw_rad, None, str(error)))
+            else:
+                axis = upper_axis(path, up)
+                self.result.put(ReadMesh(path, place, yaw_rad, geometry, text, read_in, axis))
+
+        threading.Thread(target=run, name="mesh file", daemon=True).start()
+
+
+def _read(path: Path, *, unit: str, up: Up, fallback: Any) -> tuple[Geometry, str]:
+    """The triangles, and the unit that they were taken to be in."""
+    try:
+        return read_geometry(path, unit=unit or "m", up=up, fallback=fallback), unit or "m"
+    except OtherUnitError as error:
+        if unit or not error.likely:
+            raise
+        return read_geometry(path, unit=error.likely, up=up, fallback=fallback), error.likely

@@ -16,8 +16,7 @@ from studio.app.twin import additions, edits, sizes
 from studio.app.twin.edits import EditError, Stance
 from studio.app.twin.hand import TwinPhysics
 from studio.app.twin.items import scanned_poses
-from studio.app.twin.mesh_file import Up
-from studio.app.twin.mesh_job import MeshJob
+from studio.app.twin.mesh_file import MeshJob, Up
 
 GROUP = "Twin"
 CAMERA_HEIGHT_M = 1.4

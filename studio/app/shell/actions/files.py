@@ -11,7 +11,7 @@ from studio.app.model.documents.document import Document
 from studio.app.model.documents.document_file import SUFFIX, load_document, save_document
 from studio.app.model.documents.dropped import what_is
 from studio.app.model.documents.recent import recent_choices
-from studio.app.model.runs.replacing import Replacing
+from studio.app.model.runs.leaving import Replacing
 from studio.app.model.runs.session_run import with_scene
 from studio.app.model.workbench import Workbench
 from studio.app.shell.actions.export import SplatExport
