@@ -32,7 +32,8 @@ from studio.app.model.runs.session_run import SessionRun
 from studio.app.model.script import Step
 from studio.app.model.settings import load_settings, settings_folder
 from studio.app.model.workbench import Workbench
-from studio.app.shell.main_window import MainWindow, make_history
+from studio.app.shell.history import make_history
+from studio.app.shell.main_window import MainWindow
 from studio.app.shell.script_run import ScriptRun
 
 if TYPE_CHECKING:  # takes a second to import: not before the window is shown

@@ -49,7 +49,7 @@ def shares(window):
 
 def resize(desk, width, height):
     desk.window.resize(width, height)
-    desk.until(lambda: desk.window._docks.width() == width)
+    desk.until(lambda: desk.window._docks.manager.width() == width)
 
 
 def test_the_first_layout_has_the_same_shares_in_any_window(desk):
@@ -84,7 +84,7 @@ def test_a_low_timeline_takes_its_share_when_a_session_plays_and_keeps_it(desk):
     bench = desk.window.bench
     bench.perform("session.rehearse")
     desk.until(lambda: bench.standing.is_session)
-    share_px = FIRST_SHARES[0][1] * desk.window._docks.height()
+    share_px = FIRST_SHARES[0][1] * desk.window._docks.manager.height()
     assert height(desk) == pytest.approx(max(RAISED_PX, share_px), abs=9)
     desk.until(lambda: bench.recording is not None and not desk.window.run.is_busy)
     desk.until(lambda: desk.window.content("timeline").is_open)
@@ -135,7 +135,9 @@ def test_a_low_timeline_is_higher_for_bigger_text(desk):
 def test_a_saved_layout_fits_a_window_of_another_size(desk):
     window, bench = desk.window, desk.window.bench
     resize(desk, 1500, 900)
-    window._docks.setSplitterSizes(window.docks["scenario"].dockAreaWidget(), [450, 450, 600])
+    window._docks.manager.setSplitterSizes(
+        window.docks["scenario"].dockAreaWidget(), [450, 450, 600]
+    )
     bench.perform("layout.save", name="wide")
     resize(desk, 1200, 700)
     bench.perform("layout.reset")
