@@ -214,7 +214,7 @@ def _play(plan: SessionPlan, job: SceneJob, out: Path) -> None:
 
 
 def _conditions(window: MainWindow) -> dict[str, Callable[..., bool]]:
-    """What a script can wait for."""
+    """Return the conditions that a script can wait for."""
     run, bench = window.run, window.bench
     live = bench.shared(LiveRun)
     return {

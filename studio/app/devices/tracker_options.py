@@ -37,7 +37,7 @@ TITLES: Mapping[str, tuple[str, str]] = {
         "time of a rehearsed frame; more finds them sooner",
     ),
 }
-"""What people read of each setting, and what it does."""
+"""Title and hint of each setting."""
 
 AS_IT_IS = "Change a setting and try it: the session goes on as it is."
 
@@ -211,7 +211,7 @@ def _apart(a: Pose, b: Pose) -> tuple[float, float]:
 
 
 TRACKER_TITLES = {"own": "this program's", "paper": "the paper's"}
-"""What people read of the built-in trackers."""
+"""Titles of the built-in trackers."""
 
 
 class TrackerPanel(QWidget):

@@ -32,7 +32,7 @@ TEXT_SHARE = 1 / 40
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FilmSet:
-    """What all pictures of a film are drawn with.
+    """Drawing, document and layers that all pictures of a film share.
 
     Attributes:
         drawing: of the scene.

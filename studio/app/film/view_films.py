@@ -26,14 +26,14 @@ POLL_MS = 50
 """Between two looks at the thread that draws."""
 
 BUSY = "film of a view"
-"""What scripts wait for with `wait.idle`, once the film has an end."""
+"""Keeps `wait.idle` of scripts waiting for a film that has an end."""
 
 SAID_EVERY = 0.1
 """Share of a film after which the log says how far it is."""
 
 
 class Filmed(Protocol):
-    """What is filmed; see `ViewGrid`."""
+    """The views that can be filmed; see `ViewGrid`."""
 
     views: list[TwinView]
     active: TwinView

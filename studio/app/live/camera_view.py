@@ -1,4 +1,4 @@
-"""What the camera shows, small, beside how its stream and the recording do."""
+"""The camera's picture, small, beside figures of its stream and of the recording."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ GAP_PX = 4
 def lens_thumbnail(
     received: Received, layout: LensLayout | None, *, side_px: int
 ) -> NDArray[np.uint8]:
-    """What the camera shows, its lens pictures upright beside each other.
+    """Return the camera's picture, its lens pictures upright beside each other.
 
     Args:
         received: its newest picture.
@@ -80,7 +80,7 @@ WIDTH_PX = 2 * SIDE_PX + GAP_PX
 """Most that the pictures take beside each other."""
 
 FIGURES = ("Last picture", "Rate", "Tracked", "Dropped", "Gaps", "Recording")
-"""What stands beside the picture."""
+"""Titles of the figures beside the picture."""
 
 RATE_S = 2.0
 """Seconds over which pictures are counted."""

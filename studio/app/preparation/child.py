@@ -55,11 +55,11 @@ class Child:
         return self._process.poll()
 
     def said(self) -> list[str]:
-        """What it has said on stderr so far."""
+        """Return its lines on stderr so far."""
         return list(self._said)
 
     def printed(self) -> str:
-        """What it has printed."""
+        """Its standard output."""
         return "".join(self._out)
 
     def cancel(self) -> None:

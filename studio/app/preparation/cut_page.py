@@ -306,7 +306,7 @@ class CutPage(QWidget):
             self.marker.show_image(QImage())
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """What runs ends with the window; the scene is as it was."""
+        """End what runs; the scene is as it was."""
         if self.job is not None:
             self.job.cancel()
         event.accept()

@@ -111,7 +111,7 @@ class PreparationDock(QWidget):
             self._bench.do("dock.preparation")
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """What runs on the pages ends with the window."""
+        """End what runs on the pages."""
         for page in (self.room, self.cut, self.scale):
             page.close()
         event.accept()

@@ -60,7 +60,7 @@ QUALITIES = {
     "default": "usual: trains two and a half minutes",
     "fine": "fine: trains eight minutes",
 }
-"""What people read of each quality; times of two idle cores."""
+"""Titles of the qualities; times of two idle cores."""
 
 ALL_ELSE = (
     "All else takes some minutes more, mostly to find where the photos were taken; a busy computer "
@@ -214,7 +214,7 @@ class RoomPage(QScrollArea):
         self.refresh()
 
     def scale(self) -> Scale:
-        """What the fields say."""
+        """The scale that the fields give."""
         values = [field.value() or None for field in (self.code_side, self.metres, self.ceiling)]
         return Scale(code_side_m=values[0], metres_per_unit=values[1], height_m=values[2])
 
@@ -367,7 +367,7 @@ class RoomPage(QScrollArea):
                 self._bench.do("preparation.add", path=url.toLocalFile())
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """What runs ends with the window."""
+        """End what runs."""
         self.cancel()
         event.accept()
 

@@ -189,11 +189,11 @@ class MainWindow(QMainWindow):
 
     @property
     def line(self) -> str:
-        """What the bottom of the window says."""
+        """The line at the bottom of the window."""
         return self._status.text
 
     def content(self, dock_id: str) -> QWidget:
-        """What a dock holds; made if it was not yet."""
+        """Return the content of a dock; made if it was not yet."""
         return self._docks.content(dock_id)
 
     def _listen(self) -> None:

@@ -13,7 +13,7 @@ from studio.app.model.workbench import Workbench
 
 
 class Timeline(Protocol):
-    """What the actions ask for; see `TimelineDock`."""
+    """The timeline, as the actions use it; see `TimelineDock`."""
 
     bench: Workbench
 
@@ -183,7 +183,7 @@ PLAYBACK = (
         ("text", "t_s"),
     ),
 )
-"""What can be done with a recording or a comparison, in the order of the menu."""
+"""Actions on a recording or a comparison, in the order of the menu."""
 
 
 def add_timeline_actions(dock: Timeline) -> None:

@@ -1,4 +1,4 @@
-"""What the timeline shows while no recording is open: what it is for, and how to get one."""
+"""Page of the timeline while no recording is open: what it is for, and how to get one."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ class Task(Generic[T]):
         self.share: Slot[float] = Slot()
         self.result: T | None = None
         self.failure: str | None = None
-        """What went wrong, in words."""
+        """The failure, in words."""
         self._work = work
         self._cancelled = threading.Event()
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)

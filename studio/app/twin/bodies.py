@@ -14,14 +14,14 @@ if TYPE_CHECKING:
     from sim.physics.moving.primitives import Primitive as Solid
     from sim.physics.moving.virtual import Virtual
 
-LEAST_SIDE_M = 0.01
+MIN_SIDE_M = 0.01
 """Thickness that a flat mesh gets in the physics, as the thinnest primitive there may be."""
 
 Body = Primitive | AddedMesh
 
 
 def bodies_of(twin: TwinEdits) -> dict[str, Body]:
-    """What of the document's items the physics has, by id."""
+    """Return the document's items that the physics has, by id."""
     small = {key: mesh for key, mesh in twin.meshes.items() if max(mesh.size_m) <= LARGEST_MESH_M}
     return {**twin.primitives, **small}
 
@@ -41,7 +41,7 @@ def virtual_of(item: Body) -> Virtual:
 
 
 def physical_pose(item: Body) -> Pose:
-    """Where the physics has a body: of a primitive its middle, of a mesh its base."""
+    """Return a body's pose in the physics: of a primitive its middle, of a mesh its base."""
     if isinstance(item, Primitive):
         return item.world_from_primitive @ _base_from_centre(item)
     return item.world_from_mesh
@@ -76,7 +76,7 @@ def _object_of(item: AddedMesh) -> PhysicalObject:
     from sim.physics.scanned.objects import FRICTION
     from sim.scenarios.arrangement import parts_of_mesh
 
-    x, y, z = (max(side, LEAST_SIDE_M) for side in item.size_m)
+    x, y, z = (max(side, MIN_SIDE_M) for side in item.size_m)
     parts = parts_of_mesh(item.scaled)
     return PhysicalObject(
         object_id=item.mesh_id,

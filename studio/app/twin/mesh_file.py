@@ -17,10 +17,10 @@ from studio.app.model.documents.added_mesh import METRES, MOST_TRIANGLES, Axis, 
 from studio.app.twin.edits import EditError
 
 SUFFIXES = (".obj", ".ply", ".glb", ".gltf", ".stl", ".off")
-MOST_BYTES = 64_000_000
+MAX_BYTES = 64_000_000
 """Of a file: a text of `MOST_TRIANGLES` triangles with normals and texture places is half of it."""
 
-LEAST_M, LARGEST_M = 0.01, 20.0
+MIN_M, MAX_M = 0.01, 20.0
 """Longest side of a mesh, metres: what is smaller or larger is in another unit, or fits no room."""
 
 Up = Literal["", "y", "z"]
@@ -96,7 +96,7 @@ def read_geometry(path: Path, *, unit: str = "m", up: Up = "", fallback: Any) ->
 
 
 def described(path: Path, geometry: Geometry, *, unit: str, up: Up) -> str:
-    """What was added, and what the file did not say, in one sentence."""
+    """Describe what was added, and what the file did not say, in one sentence."""
     x, y, z = geometry.size_m
     is_gltf = path.suffix.lower() in (".glb", ".gltf")
     text = f"{path.name}: {len(geometry.faces)} triangles, {x:.3f} × {y:.3f} × {z:.3f} m"
@@ -119,9 +119,9 @@ def _surface(path: Path) -> Any:
     if path.suffix.lower() not in SUFFIXES:
         raise EditError(f"{path.name}: wanted a mesh: {' '.join(SUFFIXES)}")
     size = path.stat().st_size
-    if size > MOST_BYTES:
+    if size > MAX_BYTES:
         raise EditError(
-            f"{path.name}: {size / 1e6:.0f} MB, limit {MOST_BYTES / 1e6:.0f} MB; reduce it in a "
+            f"{path.name}: {size / 1e6:.0f} MB, limit {MAX_BYTES / 1e6:.0f} MB; reduce it in a "
             "modelling program, or save it as .glb"
         )
     import trimesh
@@ -138,18 +138,18 @@ def _surface(path: Path) -> Any:
 
 def _check_size(path: Path, sides: NDArray[np.float64], unit: str) -> None:
     longest = float(sides.max())
-    if LEAST_M <= METRES[unit] * longest <= LARGEST_M:
+    if MIN_M <= METRES[unit] * longest <= MAX_M:
         return
     fitting = {
         name: factor * longest
         for name, factor in METRES.items()
-        if LEAST_M <= factor * longest <= LARGEST_M
+        if MIN_M <= factor * longest <= MAX_M
     }
     words = [f"unit={name} ({_sides(METRES[name] * sides)})" for name in fitting]
     remedy = f"add it with {' or '.join(words)}" if words else "scale it in a modelling program"
     raise OtherUnitError(
         f"{path.name}: {_sides(METRES[unit] * sides)} if its unit is {unit}, limits of the longest "
-        f"side {LEAST_M:g} to {LARGEST_M:g} m; {remedy}",
+        f"side {MIN_M:g} to {MAX_M:g} m; {remedy}",
         fitting,
     )
 

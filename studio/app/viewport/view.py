@@ -141,7 +141,7 @@ class TwinView(QWidget):
 
     @property
     def camera(self) -> Pinhole:
-        """What the view is drawn through: even sizes, so that half of it shows the same."""
+        """Camera that the view is drawn through: even sizes, so that half of it shows the same."""
         scale = min(1.0, MAX_WIDTH_PX / max(self.width(), 1))
         width = 2 * max(8, round(0.5 * self.width() * scale))
         height = 2 * max(8, round(0.5 * self.height() * scale))
@@ -273,7 +273,7 @@ class TwinView(QWidget):
         self.tool_taken.emit(tool)
 
     def pick_at(self, x_px: float, y_px: float) -> Pick | None:
-        """What is under a pixel of the widget."""
+        """Return the pick under a pixel of the widget."""
         if self.painted is None:
             return None
         x, y = self._in_picture(x_px, y_px)

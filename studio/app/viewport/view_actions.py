@@ -27,7 +27,7 @@ LAYERS = {
     "covariance": "Uncertainty of poses",
     "errors": "Tracking error on the floor",
 }
-"""What each layer of `Shown` is called."""
+"""Titles of the layers of `Shown`."""
 
 
 class SmallPictures(Protocol):
@@ -47,7 +47,7 @@ class SmallPictures(Protocol):
 
 
 class Views(Protocol):
-    """What these actions need of the views."""
+    """The views, as these actions use them."""
 
     bench: Workbench
     views: list[TwinView]

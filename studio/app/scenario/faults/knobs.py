@@ -1,4 +1,4 @@
-"""What goes wrong, as knobs: a box a fault, with the tracker's errors of a trial beside them."""
+"""Faults as knobs: a box a fault, with the tracker's errors of a trial beside them."""
 
 from __future__ import annotations
 
@@ -239,7 +239,7 @@ class FaultKnobs(QWidget):
             self._start.setText("Try now")
 
     def _show_state(self) -> None:
-        """What the figures are of, and whether that is still what the scenario says."""
+        """Show the faults that the figures are of, and whether the scenario still has them."""
         result = self._now
         if not self._tried:
             self.state.setText(NOTHING_TRIED)

@@ -41,7 +41,7 @@ class ObjectError:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrialResult:
-    """What a trial has come to so far.
+    """Result of a trial so far.
 
     Attributes:
         errors: by object.
@@ -61,7 +61,7 @@ class TrialResult:
 
 @dataclass(frozen=True, slots=True)
 class TrialPlan:
-    """What is tried.
+    """Plan of a trial.
 
     Attributes:
         scene: name or path.

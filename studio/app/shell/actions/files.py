@@ -26,7 +26,7 @@ AskFolder = Callable[[str], str]
 
 
 class FileActions:
-    """What the File menu does.
+    """Actions of the File menu.
 
     Args:
         bench: whose document is opened and saved.

@@ -96,7 +96,7 @@ def _rehearse_command(
 
 
 class SharingActions:
-    """What shares a rehearsal that was played or opened.
+    """Actions that share a rehearsal that was played or opened.
 
     Args:
         bench: gets the actions.

@@ -20,7 +20,7 @@ from studio.app.shell.docking.docks import DOCKS
 
 
 class Shell(Protocol):
-    """What these actions need of the window."""
+    """The window, as these actions use it."""
 
     def show_palette(self) -> None:
         """Show the command palette."""

@@ -1,4 +1,4 @@
-"""Which docks there are, where each begins, and what makes its content."""
+"""The list of docks: where each begins, and what makes its content."""
 
 from __future__ import annotations
 
@@ -125,7 +125,7 @@ CLOSED_AT_FIRST = frozenset({"keys", "sweeps"})
 
 
 def make_content(dock: Dock, bench: Workbench) -> QWidget:
-    """What a dock holds."""
+    """Make the content of a dock."""
     module, _, name = dock.content.partition(":")
     made = getattr(importlib.import_module(module), name)(bench)
     assert isinstance(made, QWidget)

@@ -43,7 +43,7 @@ class _Asked:
 
 
 class Runs:
-    """What was forked and what is compared.
+    """Forks and comparisons of runs.
 
     Args:
         bench: whose session plays forks, and where it is said how it went.

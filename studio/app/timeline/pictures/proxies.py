@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.app.timeline.pictures.proxy_file import MOST_BYTES, ProxyFile, is_whole, proxy_folder
+from studio.app.timeline.pictures.proxy_file import MAX_BYTES, ProxyFile, is_whole, proxy_folder
 from studio.app.timeline.pictures.reader import EARLY_PACKETS
 from studio.app.timeline.recorded.index import RecordingIndex
 
@@ -35,7 +35,7 @@ PROCESS = (
     f"import sys; sys.path.insert(0, {str(_ROOT)!r}); "
     "from studio.app.timeline.pictures.proxy_process import main; main()",
 )
-"""What is run; only what decodes is imported."""
+"""Command that is run; only what decodes is imported."""
 
 
 def proxies_of(index: RecordingIndex) -> Proxies | None:
@@ -77,7 +77,7 @@ class Proxies:
         *,
         begin_after_s: float = BEGIN_AFTER_S,
         side_px: int = SIDE_PX,
-        most_bytes: int = MOST_BYTES,
+        most_bytes: int = MAX_BYTES,
     ) -> None:
         self.problem = ""
         self._arguments = (str(recording), topic, str(folder), str(side_px), str(most_bytes))

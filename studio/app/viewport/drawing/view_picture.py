@@ -49,7 +49,7 @@ def composite(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class View:
-    """What to draw, seen from somewhere.
+    """The state to draw and the camera to draw it through.
 
     Attributes:
         state: of the room.
@@ -119,7 +119,7 @@ def scaled(camera: Pinhole, scale: float) -> Pinhole:
 
 
 def _footprints(picture: NDArray[np.uint8], view: View, drawing: SceneDrawing) -> None:
-    """Where objects stand that do not rest, in the colours of their states."""
+    """Draw the footprints of objects that do not rest, in the colours of their states."""
     boxes = {item.object_id: item.box_m for item in drawing.scene.objects}
     for key, track in view.state.objects.items():
         if track.state is not TrackState.STATIC and key in boxes:
