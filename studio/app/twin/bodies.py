@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
-from scenes.pose import Pose
+import numpy as np
+
+from scenes.pose import Pose, rotation_angle
 from studio.app.model.documents.added_mesh import AddedMesh
 from studio.app.model.documents.arranged import LARGEST_MESH_M, mass_kg
 from studio.app.model.documents.document import Primitive, TwinEdits
@@ -16,6 +19,12 @@ if TYPE_CHECKING:
 
 MIN_SIDE_M = 0.01
 """Thickness that a flat mesh gets in the physics, as the thinnest primitive there may be."""
+
+MOVED_M = 0.005
+"""Way below which an object that nobody gripped counts as where it was: a scan's noise lets
+objects settle by as much."""
+MOVED_RAD = math.radians(1.0)
+"""Turn below which it does."""
 
 Body = Primitive | AddedMesh
 
@@ -92,3 +101,15 @@ def _object_of(item: AddedMesh) -> PhysicalObject:
 
 def _base_from_centre(item: Primitive) -> Pose:
     return Pose.from_yaw(0.0, (0.0, 0.0, 0.5 * item.size_m[2]))
+
+
+def is_same_pose(a: Pose, b: Pose) -> bool:
+    """Whether two poses differ by rounding at most."""
+    return a is b or bool(np.abs(a.matrix() - b.matrix()).max() < 1e-9)
+
+
+def has_moved(before: Pose, after: Pose, share: float) -> bool:
+    """Whether a body has moved or turned by more than a share of `MOVED_M` or `MOVED_RAD`."""
+    way = float(np.linalg.norm(after.translation - before.translation))
+    turn = rotation_angle(after.rotation @ before.rotation.T)
+    return way > share * MOVED_M or turn > share * MOVED_RAD
