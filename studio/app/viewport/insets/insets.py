@@ -21,7 +21,7 @@ from studio.app.viewport.drawing.view_picture import View
 from studio.app.viewport.insets.inset_painter import InsetPainter
 from studio.app.viewport.insets.layout import MAX_INSETS, placed
 from studio.app.viewport.insets.sources import eyes_of, sources_of, title_of
-from studio.app.viewport.view import FIELD_OF_VIEW
+from studio.app.viewport.seen_twin import FIELD_OF_VIEW
 from studio.app.viewport.view_overlay import BACKDROP, GROUND, INK, image_of
 
 SIZE_PX = (320, 180)
