@@ -32,7 +32,8 @@ from studio.app.model.runs.session_run import SessionRun
 from studio.app.model.script import Step
 from studio.app.model.settings import load_settings, settings_folder
 from studio.app.model.workbench import Workbench
-from studio.app.shell.main_window import MainWindow, make_history
+from studio.app.shell.history import make_history
+from studio.app.shell.main_window import MainWindow
 from studio.app.shell.script_run import ScriptRun
 
 if TYPE_CHECKING:  # takes a second to import: not before the window is shown
@@ -213,7 +214,7 @@ def _play(plan: SessionPlan, job: SceneJob, out: Path) -> None:
 
 
 def _conditions(window: MainWindow) -> dict[str, Callable[..., bool]]:
-    """What a script can wait for."""
+    """Return the conditions that a script can wait for."""
     run, bench = window.run, window.bench
     live = bench.shared(LiveRun)
     return {

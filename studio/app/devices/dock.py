@@ -29,7 +29,7 @@ from scenes.workers.task import Task
 from studio.app.devices.checks_table import KINDS, VERDICTS, ChecksTable
 from studio.app.devices.latency_bar import LatencyBar
 from studio.app.devices.report_html import browser_page, report_page
-from studio.app.devices.tracker_panel import TrackerPanel
+from studio.app.devices.tracker_options import TrackerPanel
 from studio.app.model.actions import Action
 from studio.app.model.settings import settings_folder
 from studio.app.model.workbench import Topic, Workbench

@@ -15,7 +15,7 @@ FILLS = ("#2a76ad", "#7f64b6", "#27815f", "#9a6515", "#ac4b65", "#62748a")
 TITLES = {"p50_ms": "usual", "p95_ms": "slow"}
 """Of the two bars: the median, and what one frame in twenty is slower than."""
 NOTHING = "Rehearse (F5) to see how long each step takes."
-LEAST_LABEL_PX = 18
+MIN_LABEL_PX = 18
 """Parts narrower than this have no number in them."""
 
 
@@ -85,7 +85,7 @@ class LatencyBar(QWidget):
                 width = (self.width() - label_px) * time_ms / longest
                 part = QRectF(left, top + 2, width, line_px - 4)
                 painter.fillRect(part, QColor(FILLS[place % len(FILLS)]))
-                if width >= LEAST_LABEL_PX:
+                if width >= MIN_LABEL_PX:
                     painter.setPen(QColor("#ffffff"))
                     painter.drawText(part, Qt.AlignmentFlag.AlignCenter, str(place + 1))
                 left += width

@@ -59,7 +59,7 @@ def report_page(folder: Path, called: Called = str) -> str:
 
 
 def _texts(title: str, values: dict[str, Any]) -> str:
-    """What people changed or what happened, a line each; empty where the report has none."""
+    """Changes by people or events, a line each; empty where the report has none."""
     found = values.get(title.lower())
     if not isinstance(found, list) or not found:
         return ""

@@ -20,7 +20,7 @@ from studio.app.viewport.drawing.scene_drawing import SceneDrawing
 from studio.app.viewport.drawing.shapes import Shape, Shown, shapes_of
 from studio.app.viewport.drawing.view_picture import View, draw_view
 from studio.app.viewport.insets.sources import eyes_of
-from studio.app.viewport.view import FIELD_OF_VIEW
+from studio.app.viewport.seen_twin import FIELD_OF_VIEW
 from studio.app.viewport.view_overlay import Overlay, image_of
 
 BACKDROP = (14, 16, 20)
@@ -32,7 +32,7 @@ TEXT_SHARE = 1 / 40
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FilmSet:
-    """What all pictures of a film are drawn with.
+    """Drawing, document and layers that all pictures of a film share.
 
     Attributes:
         drawing: of the scene.

@@ -1,4 +1,4 @@
-"""What is filmed, instant by instant: of a recording, or of the window as it goes on."""
+"""Instants of a film, one by one: of a recording, or of the window as it goes on."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a film of a view is to be: whose view, how large, of which time, where to."""
+"""Plan of a film of a view: whose view, how large, of which time, into which file."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from pathlib import Path
 
 from scenes.pose import Pose
 
-LEAST_PX, MOST_PX = 64, 3840
+MIN_PX, MAX_PX = 64, 3840
 """Sides of a film, pixels: H.264 of every player takes 4K."""
 
-LEAST_FPS, MOST_FPS = 1.0, 60.0
+MIN_FPS, MAX_FPS = 1.0, 60.0
 """Pictures a second of a film."""
 
-MOST_S = 4 * 3600.0
+MAX_S = 4 * 3600.0
 """Length of a film, seconds: a session of half a day."""
 
 
@@ -47,13 +47,13 @@ class FilmPlan:
 
     def __post_init__(self) -> None:
         for name, side in (("width", self.width_px), ("height", self.height_px)):
-            if not LEAST_PX <= side <= MOST_PX or side % 2:
+            if not MIN_PX <= side <= MAX_PX or side % 2:
                 raise ValueError(
-                    f"film {name} = {side} px, wanted an even number of {LEAST_PX} to {MOST_PX}"
+                    f"film {name} = {side} px, wanted an even number of {MIN_PX} to {MAX_PX}"
                 )
-        if not LEAST_FPS <= self.fps <= MOST_FPS:
+        if not MIN_FPS <= self.fps <= MAX_FPS:
             raise ValueError(
-                f"film fps = {self.fps:g}, wanted {LEAST_FPS:g} to {MOST_FPS:g} pictures a second"
+                f"film fps = {self.fps:g}, wanted {MIN_FPS:g} to {MAX_FPS:g} pictures a second"
             )
         if self.path.suffix.lower() != ".mp4":
             raise ValueError(f"film path = {str(self.path)!r}, wanted a name such as film.mp4")
@@ -80,9 +80,9 @@ class FilmPlan:
                 f"wanted a part of {(start_ns - origin_ns) / 1e9:g} to "
                 f"{(end_ns - origin_ns) / 1e9:g} s"
             )
-        if (last - first) / 1e9 > MOST_S:
+        if (last - first) / 1e9 > MAX_S:
             raise ValueError(
-                f"film of {(last - first) / 1e9:.0f} s, limit {MOST_S:.0f} s: name a part of it "
+                f"film of {(last - first) / 1e9:.0f} s, limit {MAX_S:.0f} s: name a part of it "
                 "with from_s and to_s"
             )
         step = max(1, math.floor(1e9 / self.fps))

@@ -26,14 +26,14 @@ POLL_MS = 50
 """Between two looks at the thread that draws."""
 
 BUSY = "film of a view"
-"""What scripts wait for with `wait.idle`, once the film has an end."""
+"""Keeps `wait.idle` of scripts waiting for a film that has an end."""
 
 SAID_EVERY = 0.1
 """Share of a film after which the log says how far it is."""
 
 
 class Filmed(Protocol):
-    """What is filmed; see `ViewGrid`."""
+    """The views that can be filmed; see `ViewGrid`."""
 
     views: list[TwinView]
     active: TwinView
@@ -131,10 +131,7 @@ class ViewFilms(QWidget):
         scene = self.bench.scene
         if scene is None:
             raise ValueError("no room is open: open one, then film it")
-        if self.bench.recording is None and (from_s, to_s) != (None, None):
-            raise ValueError("from_s, to_s: no recording is open, wanted seconds=… of what goes on")
-        if self.bench.recording is not None and seconds is not None:
-            raise ValueError("seconds: a recording is open, wanted from_s=… and to_s=… of it")
+        self._check_span(from_s, to_s, seconds)
         view = self._view_of(source)
         if not path:
             self._ask(source)
@@ -156,9 +153,18 @@ class ViewFilms(QWidget):
         made_of = FilmSet(drawing, self.bench.document, self._filmed.layers.shown, shapes)
         self._view, self._ticks, self._said = view, 0, 0.0
         self._lasts = None if seconds is None else max(1, round(float(seconds) * plan.fps))
-        job = self.job = FilmJob(plan, made_of, self.bench.recording)
+        self._begin(FilmJob(plan, made_of, self.bench.recording), plan.fps)
+
+    def _check_span(self, from_s: float | None, to_s: float | None, seconds: float | None) -> None:
+        if self.bench.recording is None and (from_s, to_s) != (None, None):
+            raise ValueError("from_s, to_s: no recording is open, wanted seconds=… of what goes on")
+        if self.bench.recording is not None and seconds is not None:
+            raise ValueError("seconds: a recording is open, wanted from_s=… and to_s=… of it")
+
+    def _begin(self, job: FilmJob, fps: float) -> None:
+        self.job = job
         if job.is_live:
-            self._clock.start(round(1000 / plan.fps))
+            self._clock.start(round(1000 / fps))
         if not job.is_live or self._lasts is not None:
             self.bench.busy.add(BUSY)
         self.end_button.setVisible(job.is_live)

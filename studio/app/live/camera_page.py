@@ -1,4 +1,4 @@
-"""Which camera: its address, how its picture holds the lenses, where it stands."""
+"""Form of the camera: its address, how its picture holds the lenses, where it stands."""
 
 from __future__ import annotations
 
@@ -44,10 +44,10 @@ ARRANGEMENTS = {
     Arrangement.EQUIRECTANGULAR: "equirectangular",
     Arrangement.ONE_LENS: "one lens",
 }
-"""What people read of each arrangement."""
+"""Titles of the arrangements."""
 
 PLACES = {"find": "looked for in the room", "scan": "where the scan has it"}
-"""What people read of each way to know where the camera stands."""
+"""Titles of the ways to know where the camera stands."""
 
 CHOOSES = frozenset({Step.CHECK, Step.CONFIRM, Step.TRY_AGAIN})
 """Steps before which the layout can be chosen."""
@@ -209,7 +209,7 @@ class CameraPage(QWidget):
 
     @property
     def problem(self) -> str:
-        """What is wrong with the address that is typed; empty if nothing is."""
+        """Fault of the address that is typed, in words; empty if it has none."""
         choice = self._live.choice
         if choice.is_simulated:
             return ""

@@ -1,10 +1,11 @@
-"""What the camera shows, small, beside how its stream and the recording do."""
+"""The camera's picture, small, beside figures of its stream and of the recording."""
 
 from __future__ import annotations
 
 import time
 from pathlib import Path
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtCore import Qt
@@ -12,15 +13,66 @@ from PySide6.QtGui import QImage, QPixmap
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QSizePolicy, QVBoxLayout, QWidget
 
 from devices.camera.lenses.layout import LensLayout
-from devices.camera.received import CameraState
+from devices.camera.lenses.lens_pictures import lens_pictures
+from devices.camera.received import CameraState, Received
+from devices.camera.stream_picture import StreamPicture
 from devices.insta360.condition import LOW_BATTERIES
-from studio.app.live.lens_thumbnail import GAP_PX, lens_thumbnail
 from studio.app.live.words import age_words, size_words
 from studio.app.model.workbench import Workbench
 from studio.app.shell.theme import SHAPES, THEMES, figures
 from studio.live.live import LiveSession
 from studio.live.shortfalls import MIN_HZ, drop_words
 from studio.live.status import LiveState, LiveStatus
+
+GAP_PX = 4
+"""Pixels between two lens pictures."""
+
+
+def lens_thumbnail(
+    received: Received, layout: LensLayout | None, *, side_px: int
+) -> NDArray[np.uint8]:
+    """Return the camera's picture, its lens pictures upright beside each other.
+
+    Args:
+        received: its newest picture.
+        layout: how that holds the lenses; None shows it as it came.
+        side_px: height, even.
+
+    Returns:
+        (side, W, 4) uint8 RGBA, transparent between the pictures.
+    """
+    if layout is None:
+        pictures = [_shrunk(picture, side_px) for picture in received.pictures]
+    else:
+        pictures = [
+            lens
+            for picture in received.pictures
+            for lens in lens_pictures(picture, layout, lens_size_px=side_px)
+        ]
+    width = sum(picture.shape[1] for picture in pictures) + GAP_PX * (len(pictures) - 1)
+    out = np.zeros((side_px, width, 4), np.uint8)
+    left = 0
+    for picture in pictures:
+        right = left + picture.shape[1]
+        out[: picture.shape[0], left:right, :3] = picture
+        out[: picture.shape[0], left:right, 3] = 255
+        left = right + GAP_PX
+    return out
+
+
+def _shrunk(picture: StreamPicture, height_px: int) -> NDArray[np.uint8]:
+    """A whole picture of a height; its planes are shrunk before they become colours."""
+    width_px = max(2, round(picture.width_px * height_px / picture.height_px) & ~1)
+    planes = [
+        np.asarray(cv2.resize(plane, size, interpolation=cv2.INTER_AREA), np.uint8)
+        for plane, size in (
+            (picture.y, (width_px, height_px)),
+            (picture.u, (width_px // 2, height_px // 2)),
+            (picture.v, (width_px // 2, height_px // 2)),
+        )
+    ]
+    return picture.to_rgb(planes[0], planes[1], planes[2])
+
 
 SIDE_PX = 116
 """Side of a lens picture, chosen: up and down of a room can be seen in it."""
@@ -29,7 +81,7 @@ WIDTH_PX = 2 * SIDE_PX + GAP_PX
 """Most that the pictures take beside each other."""
 
 FIGURES = ("Last picture", "Rate", "Tracked", "Dropped", "Gaps", "Recording", "Camera")
-"""What stands beside the picture."""
+"""Titles of the figures beside the picture."""
 
 RATE_S = 2.0
 """Seconds over which pictures are counted."""

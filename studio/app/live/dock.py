@@ -36,11 +36,11 @@ from studio.session.preflight import worst
 POLL_MS = 200
 """Between two looks at the session: 5 Hz, as often as its picture is drawn anew."""
 
-LEAST_PAGE_PX = 90
+MIN_PAGE_PX = 90
 """Height below which a page is not worth showing, chosen."""
 
 TABS = {"confirming": "Camera", "refused": "Camera", "live": "Delay"}
-"""What comes to the front with a state, once."""
+"""Tab that comes to the front with a state, once."""
 
 NO_DELAYS = "Go live to see how long each step takes."
 NO_CHECKS = "Nothing was checked yet."
@@ -225,7 +225,7 @@ def _scrolled(page: QWidget) -> QScrollArea:
     area.setWidgetResizable(True)
     area.setFrameShape(QFrame.Shape.NoFrame)
     area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-    area.setMinimumHeight(LEAST_PAGE_PX)
+    area.setMinimumHeight(MIN_PAGE_PX)
     area.setWidget(page)
     return area
 

@@ -43,7 +43,7 @@ STARTS = "Choose a camera, then check and connect."
 
 
 class LiveHead(QWidget):
-    """What an operator looks at.
+    """State, the one button and the banner of a live session.
 
     Args:
         bench: does what the buttons ask for.

@@ -59,7 +59,7 @@ LIGHTS = {
 
 
 class Help(StrEnum):
-    """What a banner's button does."""
+    """Actions of a banner's button."""
 
     NONE = ""
     FIND = "Find the camera again"
@@ -122,7 +122,7 @@ def banner_of(status: LiveStatus, events: Sequence[Event], *, now_ns: int) -> Ba
 
 
 def _banner_of_place(status: LiveStatus, events: Sequence[Event], now_ns: int) -> Banner | None:
-    """What is known of where the camera is."""
+    """Banner of the camera's place."""
     newest = list(reversed(events))
     if status.is_camera_lost:
         lost = (event.text for event in newest if (event.source, event.kind) in LOST)

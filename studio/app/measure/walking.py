@@ -19,8 +19,7 @@ from studio.app.model.documents.document import Document, Marker
 from studio.app.model.documents.document_file import load_document, save_document
 from studio.app.model.history import Change
 from studio.app.model.jobs.scene_job import SceneJob
-from studio.app.model.runs.leaving import Answer, Leaving
-from studio.app.model.runs.replacing import Replacing
+from studio.app.model.runs.leaving import Answer, Leaving, Replacing
 from studio.app.model.runs.session_run import SessionRun
 from studio.app.model.settings import Settings
 from studio.app.model.standing import EDGES, Happening, Mode

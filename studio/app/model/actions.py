@@ -1,4 +1,4 @@
-"""What can be done in the studio: one table for menus, buttons, keys, palette and scripts."""
+"""Actions of the studio: one table for menus, buttons, keys, palette and scripts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the mouse does to objects of the room while physics runs."""
+"""Protocol of grabbing objects with the mouse while physics runs."""
 
 from __future__ import annotations
 

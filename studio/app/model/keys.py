@@ -1,4 +1,4 @@
-"""Which keys do what: presets in the manner of other programs, and the user's own changes."""
+"""Key bindings: presets in the manner of other programs, and the user's own changes."""
 
 from __future__ import annotations
 

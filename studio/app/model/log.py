@@ -1,4 +1,4 @@
-"""What the studio has to say to its user, line by line, bounded."""
+"""The studio's log for its user, line by line, bounded."""
 
 from __future__ import annotations
 

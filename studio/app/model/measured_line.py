@@ -1,4 +1,4 @@
-"""What was measured in a view last, kept after the tool is put down."""
+"""The last line that was measured in a view, kept after the tool is put down."""
 
 from __future__ import annotations
 

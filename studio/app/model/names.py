@@ -1,4 +1,4 @@
-"""What everything is called: one rule for every place in which people read a name."""
+"""Shown names: one rule for every place in which people read a name."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def shown_name(item_id: str, document: Document, scene: ScenePackage | None) -> 
 
 
 def distinct_names(ids: Sequence[str], name: Callable[[str], str]) -> list[str]:
-    """What a list to choose from shows: names, each that several have with its id.
+    """Return names for a list to choose from, each that several have with its id.
 
     Args:
         ids: each once.

@@ -1,4 +1,4 @@
-"""What plug-ins offer to everybody at the bench."""
+"""Trackers and faults that plug-ins offer to everybody at the bench."""
 
 from __future__ import annotations
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import socket
 
 ANYWHERE = "THIS-COMPUTER"
-"""What stands in the address of a listener on all interfaces."""
+"""Host in the address of a listener on all interfaces."""
 
 OUTSIDE = ("192.0.2.1", 9)
 """An address that nobody has (RFC 5737): only the way to it is asked for, and nothing is sent."""

@@ -1,4 +1,4 @@
-"""What the program remembers of its user: theme, keys, text size, recent scenes, layout."""
+"""The user's settings: theme, keys, text size, recent scenes, layout."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ class Settings:
 
 
 def settings_folder() -> Path:
-    """Where settings and autosaved work are kept; the variable NEXUS_HOME names another place."""
+    """Return the folder of settings and autosaved work; NEXUS_HOME names another one."""
     named = os.environ.get("NEXUS_HOME")
     return Path(named) if named else Path(platformdirs.user_data_dir("gaussiannexus", False))
 

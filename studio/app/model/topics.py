@@ -17,7 +17,7 @@ class Topic(Enum):
     OPENED = auto()
     """Another document takes the place of the one before, which is gone."""
     STATE = auto()
-    """What is shown of the room has changed."""
+    """The shown state of the room has changed."""
     SCENE = auto()
     """A scene was opened, or is being opened."""
     SELECTION = auto()

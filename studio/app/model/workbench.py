@@ -31,7 +31,7 @@ from studio.app.model.topics import Notice, Topic
 if TYPE_CHECKING:
     from scenes.package import ScenePackage
     from studio.app.model.grabbing import Grabbing
-    from studio.app.model.sessions import Sessions
+    from studio.app.model.jobs.sessions import Sessions
     from studio.view.surface_drawing import LivePicture
 
 TRACE = 2000
@@ -58,14 +58,14 @@ class Workbench:
         self.project: Path | None = None
         """File of the project, or None before it was saved once."""
         self.standing = Standing()
-        """Which of editing, playing, recorded and live it is."""
+        """Editing, playing, recorded or live, and the recording that belongs to it."""
         self.notice: Notice | None = None
         """The newest one."""
         self.selection = ""
         self.left_unsaved = False
         """Whether the document before this one went with edits nobody has saved or given up."""
         self.live: tuple[LivePicture, ...] = ()
-        """What live surfaces show in the state that is shown."""
+        """Pictures of the live surfaces in the state that is shown."""
         self.camera_picture: NDArray[np.uint8] | None = None
         """(H, W, 3) RGB of the 360° camera's front lens at that instant."""
         self.session: Sessions | None = None
@@ -91,7 +91,7 @@ class Workbench:
 
     @property
     def document(self) -> Document:
-        """What is edited."""
+        """The document that is edited."""
         return self._document
 
     def change(self, label: str, document: Document, *, merge: str = "") -> None:
@@ -245,7 +245,7 @@ class Workbench:
             self._call(Topic.SELECTION)
 
     def name_of(self, item_id: str) -> str:
-        """What something is called, see `shown_name`."""
+        """Return the shown name of an item, see `shown_name`."""
         return shown_name(item_id, self._document, self.scene)
 
     def _happen(self, happening: Happening, recording: Path | None = None) -> None:
@@ -260,7 +260,7 @@ class Workbench:
         self._parts[type(part)] = part
 
     def shared(self, kind: type[Part]) -> Part | None:
-        """What was shared of a class; None if nothing was."""
+        """Return the shared instance of a class; None if there is none."""
         part = self._parts.get(kind)
         return part if isinstance(part, kind) else None
 
@@ -327,7 +327,7 @@ class Workbench:
         self._trace.append(script_line(action_id, values))
 
     def trace(self) -> list[str]:
-        """What the user has done, as lines of a script."""
+        """Return the user's actions as lines of a script."""
         return list(self._trace)
 
     # --- words and listeners ---------------------------------------------------------------------

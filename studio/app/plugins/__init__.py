@@ -1,1 +1,1 @@
-"""What users add to the studio: trackers, panels, faults and actions, a file each."""
+"""Plug-ins of users: trackers, panels, faults and actions, a file each."""

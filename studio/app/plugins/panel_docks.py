@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QLabel, QWidget
 
 
 class PanelPlaces(Protocol):
-    """Where panels are shown."""
+    """Places of panels."""
 
     def put(self, title: str, panel: QWidget) -> None:
         """Show a panel; one of that title that is there gives way and keeps its place."""

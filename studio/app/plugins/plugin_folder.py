@@ -58,7 +58,7 @@ class _Try:
 
 
 def default_folder() -> Path:
-    """Where the user's plug-ins are."""
+    """Return the folder of the user's plug-ins."""
     return settings_folder() / "plugins"
 
 

@@ -1,4 +1,4 @@
-"""What a plug-in gives to the studio."""
+"""Registration of a plug-in's parts with the studio."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from studio.session.trackers.methods import METHODS, MethodMaker
 
 @dataclass(slots=True)
 class Registration:
-    """What one plug-in's `register(studio)` has added; it takes effect when that returns.
+    """Additions of one plug-in's `register(studio)`; they take effect when that returns.
 
     Attributes:
         trackers: makers of tracking methods, by name.

@@ -42,12 +42,12 @@ class Child:
         return self._process.code
 
     def said(self) -> list[str]:
-        """What it has said on stderr so far."""
+        """Return its lines on stderr so far."""
         # The window says who speaks; a terminal needs the name.
         return [line.rstrip().removeprefix("nexus: ") for line in self._process.last_words()]
 
     def printed(self) -> str:
-        """What it has printed."""
+        """Return its standard output."""
         return "\n".join(self._out)
 
     def cancel(self) -> None:

@@ -17,7 +17,7 @@ BEFORE, AFTER, PICTURES = "before", "cutting", "cut-pictures"
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """What was drawn on one photo, pixels.
+    """Marks drawn on one photo, pixels.
 
     Attributes:
         view: name of the photo.

@@ -35,8 +35,13 @@ class PreparationDock(QWidget):
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.addWidget(self.tabs)
+        for action in self._actions():
+            if action.id not in bench.actions:
+                bench.actions.add(action)
+
+    def _actions(self) -> tuple[Action, ...]:
         group = "Preparation"
-        for action in (
+        return (
             Action(
                 "preparation.add",
                 "Choose what to prepare",
@@ -92,9 +97,7 @@ class PreparationDock(QWidget):
                 "puts the scene before it back",
                 available=lambda: bool(self.cut.kept),
             ),
-        ):
-            if action.id not in bench.actions:
-                bench.actions.add(action)
+        )
 
     def make_room_of(self, path: str = "") -> None:
         """Show the page on which a splat file becomes a room; without a path, of the open one.
@@ -108,7 +111,7 @@ class PreparationDock(QWidget):
             self._bench.do("dock.preparation")
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """What runs on the pages ends with the window."""
+        """End what runs on the pages."""
         for page in (self.room, self.cut, self.scale):
             page.close()
         event.accept()

@@ -25,7 +25,7 @@ INK, RIM = QColor("#ffb02e"), QColor("#101010")
 """Of marks on photos: bright with a dark rim, seen on any picture."""
 WASH = QColor(255, 176, 46, 90)
 """Over what the brush and the lasso mean."""
-LEAST_BOX_PX = 4.0
+MIN_BOX_PX = 4.0
 """A drag shorter than this is no box, picture pixels."""
 
 
@@ -140,7 +140,7 @@ class PhotoMarker(QWidget):
         self.mouseMoveEvent(event)
         self._from = None
         if self.box is not None and (
-            min(self.box[2] - self.box[0], self.box[3] - self.box[1]) < LEAST_BOX_PX
+            min(self.box[2] - self.box[0], self.box[3] - self.box[1]) < MIN_BOX_PX
         ):
             self.box = None
         self.changed.emit()
@@ -235,7 +235,7 @@ class BeforeAfter(QWidget):
         self.update()
 
     def set_share(self, share: float) -> None:
-        """Where the line is, 0..1 from the left."""
+        """Set the line's place, 0..1 from the left."""
         self.share = min(max(share, 0.0), 1.0)
         self.update()
 

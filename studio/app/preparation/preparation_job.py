@@ -27,7 +27,7 @@ UNKNOWN_SCALE = (
 
 @dataclass(frozen=True, slots=True)
 class Scale:
-    """What gives a room its metres; empty where it is to be estimated.
+    """Known lengths that give a room its metres; empty where these are estimated.
 
     Attributes:
         code_side_m: printed side of the codes.
@@ -173,7 +173,7 @@ class PreparationJob:
 
     @property
     def outcome(self) -> dict[str, Any]:
-        """What came out, see `studio.evaluate.prepared.outcome`; empty before."""
+        """Outcome, see `studio.evaluate.prepared.outcome`; empty before the end."""
         try:
             values = json.loads((self.work / OUTCOME).read_text(encoding="utf-8"))
         except (OSError, ValueError):

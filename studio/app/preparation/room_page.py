@@ -60,7 +60,7 @@ QUALITIES = {
     "default": "usual: trains two and a half minutes",
     "fine": "fine: trains eight minutes",
 }
-"""What people read of each quality; times of two idle cores."""
+"""Titles of the qualities; times of two idle cores."""
 
 ALL_ELSE = (
     "All else takes some minutes more, mostly to find where the photos were taken; a busy computer "
@@ -91,6 +91,19 @@ class RoomPage(QScrollArea):
         self.setAcceptDrops(True)
         self.setWidgetResizable(True)
         self.setFrameShape(QScrollArea.Shape.NoFrame)
+        self._make_source()
+        form = self._make_form()
+        buttons = self._make_buttons()
+        self._make_results()
+        self._lay_out(form, buttons)
+        for field in (self.metres, self.ceiling):
+            field.valueChanged.connect(self._show_notice)
+        self._timer = QTimer(self)
+        self._timer.timeout.connect(self.refresh)
+        self._timer.start(POLL_MS)
+        self.refresh()
+
+    def _make_source(self) -> None:
         self.drop = QLabel(NOTHING)
         self.drop.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self.drop.setFrameShape(QLabel.Shape.StyledPanel)
@@ -106,6 +119,8 @@ class RoomPage(QScrollArea):
         self.notice = QLabel()
         self.notice.setWordWrap(True)
         self.notice.hide()
+
+    def _make_form(self) -> QFormLayout:
         self.code_side = _length(" m", "not used", 5.0)
         self.metres = _length(" m", "not used", 1000.0)
         self.ceiling = _length(" m", "not used", 12.0)
@@ -124,14 +139,20 @@ class RoomPage(QScrollArea):
         form.addRow("Printed code, side", self.code_side)
         form.addRow("Splat file, one unit", self.metres)
         form.addRow("or floor to ceiling", self.ceiling)
-        self.ends = LengthPicker()
-        self.ends.hide()
+        return form
+
+    def _make_buttons(self) -> QHBoxLayout:
         self.start_button, self.cancel_button = QPushButton("Prepare"), QPushButton("Cancel")
-        self.start_button.clicked.connect(lambda: bench.do("preparation.start"))
-        self.cancel_button.clicked.connect(lambda: bench.do("preparation.cancel"))
+        self.start_button.clicked.connect(lambda: self._bench.do("preparation.start"))
+        self.cancel_button.clicked.connect(lambda: self._bench.do("preparation.cancel"))
         buttons = QHBoxLayout()
         buttons.addWidget(self.start_button, 1)
         buttons.addWidget(self.cancel_button)
+        return buttons
+
+    def _make_results(self) -> None:
+        self.ends = LengthPicker()
+        self.ends.hide()
         self.stages = _table(["Stage", "State", "Done", "Left"])
         self.stages.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.preview = QLabel()
@@ -140,6 +161,10 @@ class RoomPage(QScrollArea):
         self.codes = _table(["Code", "Side", "Photos", "Off by"])
         self.verdict = QLabel()
         self.verdict.setWordWrap(True)
+        self.codes.hide()
+        self.stages.hide()
+
+    def _lay_out(self, form: QFormLayout, buttons: QHBoxLayout) -> None:
         page = QWidget()
         layout = QVBoxLayout(page)
         layout.addWidget(self.drop)
@@ -165,15 +190,7 @@ class RoomPage(QScrollArea):
         layout.addWidget(self.codes)
         layout.addWidget(self.verdict)
         layout.addStretch(1)
-        self.codes.hide()
-        self.stages.hide()
         self.setWidget(page)
-        for field in (self.metres, self.ceiling):
-            field.valueChanged.connect(self._show_notice)
-        self._timer = QTimer(self)
-        self._timer.timeout.connect(self.refresh)
-        self._timer.start(POLL_MS)
-        self.refresh()
 
     def add(self, path: Path) -> None:
         """Take what was dropped; of a photo, all in its folder.
@@ -197,7 +214,7 @@ class RoomPage(QScrollArea):
         self.refresh()
 
     def scale(self) -> Scale:
-        """What the fields say."""
+        """The scale that the fields give."""
         values = [field.value() or None for field in (self.code_side, self.metres, self.ceiling)]
         return Scale(code_side_m=values[0], metres_per_unit=values[1], height_m=values[2])
 
@@ -350,7 +367,7 @@ class RoomPage(QScrollArea):
                 self._bench.do("preparation.add", path=url.toLocalFile())
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """What runs ends with the window."""
+        """End what runs."""
         self.cancel()
         event.accept()
 

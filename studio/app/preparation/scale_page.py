@@ -36,7 +36,7 @@ NOT_MEASURED = "Nothing is measured in this room yet."
 CANCELLED = "cancelled: the room keeps its scale"
 OPEN_IT = ": open it when what you have changed meanwhile is saved"
 BUILT_IN = "The scale of built-in rooms is exact."
-MOST_M = 1000.0
+MAX_M = 1000.0
 """Metres, of the longest length that can be typed: a street."""
 POLL_MS = 200
 
@@ -65,7 +65,7 @@ class ScalePage(QWidget):
         self.line.setWordWrap(True)
         self.metres = QDoubleSpinBox()
         self.metres.setAccessibleName("True length")
-        self.metres.setRange(0.0, MOST_M)
+        self.metres.setRange(0.0, MAX_M)
         self.metres.setDecimals(3)
         self.metres.setSingleStep(0.01)
         self.metres.setSuffix(" m")
@@ -186,7 +186,7 @@ class ScalePage(QWidget):
         self._bench.do("preparation.room_of", path=self._bench.document.scene)
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """What runs ends with the window; no longer follow the bench."""
+        """End what runs, and stop following the bench."""
         self._timer.stop()
         self._bench.stop_listening(self._on_scene)
         self.cancel()

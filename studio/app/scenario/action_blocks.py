@@ -1,4 +1,4 @@
-"""What people do as blocks on time, a row a person: drag to reorder, double-click to change."""
+"""Actions of people as blocks on time, a row a person: drag to reorder, double-click to change."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ from studio.app.scenario.fields import ACTION_FIELDS
 from studio.app.scenario.plan import Block
 
 ROW_PX, NAME_PX, AXIS_PX, GAP_PX = 46, 18, 22, 4
-LEAST_WORDS_PX = 26
+MIN_WORDS_PX = 26
 """Narrower blocks have no words in them; the pointer says what they are."""
-LEAST_PX_PER_S = 14.0
+MIN_PX_PER_S = 14.0
 """Below this, names of actions do not fit; the row scrolls instead."""
 
 Key = tuple[str, int]
@@ -66,7 +66,7 @@ class ActionBlocks(QWidget):
         if self.selected not in keys:
             self.selected = None
         self.setFixedHeight(self.sizeHint().height())
-        self.setMinimumWidth(round(LEAST_PX_PER_S * self._span_s()) + 12)
+        self.setMinimumWidth(round(MIN_PX_PER_S * self._span_s()) + 12)
         self.update()
 
     def sizeHint(self) -> QSize:
@@ -74,7 +74,7 @@ class ActionBlocks(QWidget):
         return QSize(320, AXIS_PX + max(1, len(self._people)) * (ROW_PX + NAME_PX) + 6)
 
     def block_rects(self) -> Mapping[Key, QRectF]:
-        """Where each block is drawn."""
+        """Rectangle of each block."""
         scale = self._px_per_s()
         found: dict[Key, QRectF] = {}
         for block in self._blocks:
@@ -142,7 +142,7 @@ class ActionBlocks(QWidget):
             # A time that is cut says another time; a name that is cut is still a name.
             is_name = k == 0 or bool(item_id)
             if metrics.horizontalAdvance(words) <= inside.width() or (
-                is_name and inside.width() > LEAST_WORDS_PX
+                is_name and inside.width() > MIN_WORDS_PX
             ):
                 line = metrics.elidedText(words, Qt.TextElideMode.ElideRight, inside.width())
                 painter.drawText(where, Qt.AlignmentFlag.AlignVCenter, line)
@@ -219,7 +219,7 @@ class ActionBlocks(QWidget):
             super().keyPressEvent(event)
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
-        """What can be done with a block, and actions to insert."""
+        """Offer changes of a block, and actions to insert."""
         key = self._key_at(event.pos())
         if key is None:
             return
@@ -261,4 +261,4 @@ class ActionBlocks(QWidget):
         return max([self._duration_s, *(block.end_s for block in self._blocks)])
 
     def _px_per_s(self) -> float:
-        return max(LEAST_PX_PER_S, (self.width() - 12) / max(self._span_s(), 0.1))
+        return max(MIN_PX_PER_S, (self.width() - 12) / max(self._span_s(), 0.1))

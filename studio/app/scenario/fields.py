@@ -1,4 +1,4 @@
-"""What forms ask for: the keys of every action and fault, with unit and range."""
+"""Fields of forms: the keys of every action and fault, with unit and range."""
 
 from __future__ import annotations
 
@@ -141,7 +141,7 @@ FAULT_TITLES: Mapping[str, str] = {
     "twins": "Unscanned copies",
     "white_balance": "White balance",
 }
-"""What people read."""
+"""Titles."""
 
 
 def fault_title(name: str) -> str:

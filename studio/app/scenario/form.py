@@ -22,8 +22,8 @@ from studio.app.scenario.fields import Field
 Changed = Callable[[str, Any], object]
 """Takes a key and its new value; None where the key is to go."""
 
-LEAST, USUAL, ARROWS_PX = "-000.0°", "-000.00 share", 24
-"""What a number has room for in the narrowest dock, and beside a slider, where sliders of one form
+NARROWEST, USUAL, ARROWS_PX = "-000.0°", "-000.00 share", 24
+"""Texts that a number has room for in the narrowest dock and beside a slider, where those of a form
 end at one place; and what frame and arrows take, pixels."""
 
 STEPS = 200
@@ -35,7 +35,7 @@ SLIDER_SPAN: Mapping[str, tuple[float, float]] = {
     "px": (0.0, 12.0),
     "lasts_s": (0.0, 5.0),
 }
-"""What a slider covers where the whole range would be too coarse; numbers reach further."""
+"""Range of a slider where the whole would be too coarse; numbers reach further."""
 
 
 class Number(QDoubleSpinBox):
@@ -58,7 +58,7 @@ class Number(QDoubleSpinBox):
         if is_optional:
             self.setSpecialValueText("not set")
         self.setSuffix(field.unit if field.unit == "°" else f" {field.unit}" if field.unit else "")
-        self.setMinimumWidth(self.fontMetrics().horizontalAdvance(LEAST) + ARROWS_PX)
+        self.setMinimumWidth(self.fontMetrics().horizontalAdvance(NARROWEST) + ARROWS_PX)
         self.setKeyboardTracking(False)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setAccessibleName(field.title)

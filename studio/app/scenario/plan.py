@@ -50,7 +50,7 @@ RELEASE_S = LIFT_M / 0.35 + LIFT_M / HAND_M_S + 0.55
 HANDS_S = 0.6
 """Both hands to an object's sides, seconds."""
 AFTER_S = 0.25
-"""What somebody stands after a push or a turn, seconds."""
+"""Pause of a person after a push or a turn, seconds."""
 
 
 GIVE_S = 1.0
@@ -69,7 +69,7 @@ class Item:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RoomPlan:
-    """What the floor plan draws of a room.
+    """Parts of a room that the floor plan draws.
 
     Attributes:
         low: (x, y) of the lowest corner, metres.
@@ -257,7 +257,7 @@ class _Planner:
         walker.holds = object_id
 
     def _give(self, person_id: str, walker: _Walker, action: HandOver | Receive) -> None:
-        """Who comes first waits: both end when the later one is there."""
+        """Let the person who comes first wait: both end when the later one is there."""
         key = (action.object, action.to if isinstance(action, HandOver) else person_id)
         if isinstance(action, HandOver):
             self._take(walker, action.object)
@@ -308,7 +308,7 @@ class _Planner:
         return walking_path(free if has_way(free, start, goal) else floor.bare, start, goal)
 
     def _short_of(self, start: Place, goal: Place, by_m: float) -> Place:
-        """Where somebody stands who comes from `start` and works at `goal`, on free floor."""
+        """Return the place on free floor of a person who comes from `start` and works at `goal`."""
         away = start - goal
         distance = float(np.linalg.norm(away))
         wanted = goal if distance < 1e-6 else goal + away / distance * min(by_m, distance)

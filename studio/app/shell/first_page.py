@@ -1,4 +1,4 @@
-"""What a new user sees over the view: what this is, and the few ways to begin."""
+"""First page over the view: what the studio is, and the few ways to begin."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ class WayRows(QWidget):
         self._arrange(is_beside=self._height(beside, True) <= self._height(width_px, False))
 
     def _height(self, note_px: int, is_beside: bool) -> int:
-        """What all rows need where notes are so wide, pixels. No word of a note is parted."""
+        """Return the height of all rows for notes of a width, px. No word of a note is parted."""
         if is_beside and any(note.minimumSizeHint().width() > note_px for _, note in self._rows):
             return NEVER_PX
         gap, total = self._grid.verticalSpacing(), 0
@@ -105,7 +105,7 @@ class WayRows(QWidget):
 
 
 class RecentRows(QWidget):
-    """What was opened lately, a button each; nothing at all where that is nothing."""
+    """Buttons of what was opened lately; nothing at all where nothing was."""
 
     def __init__(self, choose: Callable[[str], None]) -> None:
         super().__init__()

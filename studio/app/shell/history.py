@@ -8,6 +8,7 @@ from PySide6.QtGui import QUndoCommand, QUndoStack
 
 from studio.app.model.documents.document import Document
 from studio.app.model.history import Change
+from studio.app.model.workbench import Workbench
 
 LIMIT = 500
 """Steps that can be undone; documents share what did not change, so a step takes a few kB."""
@@ -82,3 +83,8 @@ class _Step(QUndoCommand):
         if not self._is_done:
             self._show(self._change.after)
         self._is_done = True
+
+
+def make_history(bench: Callable[[], Workbench]) -> QtHistory:
+    """Return the undo stack of a bench that is made after it."""
+    return QtHistory(lambda document: bench().show_document(document))

@@ -6,44 +6,93 @@ import base64
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Any
 
-import PySide6QtAds as ads
 from PySide6.QtCore import QByteArray, QTimer
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QResizeEvent
-from PySide6.QtWidgets import QApplication, QLabel, QMainWindow, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QApplication, QLabel, QMainWindow, QStatusBar, QVBoxLayout, QWidget
 
-from studio.app.model.runs.leaving import Answer, Leaving, document_name
+from studio.app.model.runs.leaving import Answer, Leaving, Replacing, document_name
 from studio.app.model.runs.live_run import LiveRun
-from studio.app.model.runs.replacing import Replacing
 from studio.app.model.runs.session_run import SessionRun
 from studio.app.model.settings import save_settings
 from studio.app.model.workbench import Topic, Workbench
 from studio.app.plugins.panel_docks import PanelDocks
 from studio.app.plugins.plugin_host import PluginHost
-from studio.app.shell.actions.files import add_file_actions
+from studio.app.shell.actions.files import FileActions
 from studio.app.shell.actions.live import LiveActions
 from studio.app.shell.actions.sessions import add_session_actions
 from studio.app.shell.actions.window import add_shell_actions
-from studio.app.shell.cheat_sheet import CheatSheet
-from studio.app.shell.command_palette import CommandPalette
-from studio.app.shell.docks import CLOSED_AT_FIRST, DOCKS, Dock, make_content
+from studio.app.shell.docking.window_docks import WindowDocks
 from studio.app.shell.first_page import FirstPage
 from studio.app.shell.history import QtHistory
-from studio.app.shell.layouts import AREAS, FIRST_SHARES, Layout, add_dock_again
+from studio.app.shell.keys.cheat_sheet import CheatSheet
+from studio.app.shell.keys.command_palette import CommandPalette
+from studio.app.shell.keys.single_keys import SingleKeys
 from studio.app.shell.menus import Menus
 from studio.app.shell.notice import NoticeBar
 from studio.app.shell.questions import ask_file, ask_folder, ask_unsaved
 from studio.app.shell.script_run import ScriptRun
 from studio.app.shell.share_dialog import ask_share
-from studio.app.shell.single_keys import VIEW, SingleKeys
-from studio.app.shell.status_line import StatusLine
-from studio.app.shell.theme import THEMES, apply_theme
+from studio.app.shell.theme import SHAPES, THEMES, apply_theme
 from studio.app.shell.window_film import WindowFilm
 from studio.app.shell.work_in_progress import WorkInProgress
 
 POLL_MS = 15
 """Between two looks at what the threads have left: well below a frame of a 30 Hz view."""
+
+
+class StatusLine:
+    """Follows the bench.
+
+    Args:
+        bench: whose log and session are shown.
+        run: plays the sessions.
+        bar: where it is shown.
+    """
+
+    def __init__(self, bench: Workbench, run: SessionRun, bar: QStatusBar) -> None:
+        self._bench, self._run = bench, run
+        self._line, self._state, self._count = QLabel("opening …"), QLabel(), QLabel()
+        bar.addWidget(self._line, 1)
+        bar.addPermanentWidget(self._count)
+        bar.addPermanentWidget(self._state)
+        bench.listen(Topic.SESSION, self._on_session)
+        bench.listen(Topic.RECORDING, self._on_session)
+        bench.listen(Topic.LOG, self._on_log)
+        bench.listen(Topic.DOCUMENT, self._on_change)
+
+    @property
+    def text(self) -> str:
+        """The line."""
+        return self._line.text()
+
+    def say(self, text: str) -> None:
+        """Show a line that is in no log."""
+        self._line.setText(text)
+
+    def _on_session(self) -> None:
+        run = self._run
+        self._line.setText(run.line)
+        text = ""  # the time of a recording stands over the timeline, and nowhere else
+        if run.is_playing and run.output is not None:
+            frame = run.output.input.frame
+            text = f"{frame.t_ns / 1e9:6.1f} s   frame {frame.seq:5d}"
+        self._count.setText(text)
+        kind = "good" if run.is_playing else "calm"
+        words = str(self._bench.standing.mode) if not run.is_opening else "opening"
+        self._state.setText(f"{SHAPES[kind]} {words}")
+
+    def _on_change(self) -> None:
+        """Something was done since: what could not be done before is over."""
+        lines = self._bench.log.lines()
+        if lines and lines[-1].level == "error" and lines[-1].text in self._line.text():
+            self._line.setText(self._run.line)
+
+    def _on_log(self) -> None:
+        line = self._bench.log.lines()[-1]
+        shape = {"info": "", "warning": "▲ ", "error": "✖ "}[line.level]
+        self._line.setText(shape + line.text)
+        self._line.setToolTip(line.text)
 
 
 class MainWindow(QMainWindow):
@@ -74,7 +123,6 @@ class MainWindow(QMainWindow):
         self._make_view = make_view
         self._film: WindowFilm | None = None
         self._known_actions = 0
-        self._contents: dict[str, QWidget] = {}
         self.view: QWidget | None = None
         self._wear_theme()  # docks take the height of their tabs from it when they are made
         self.setAcceptDrops(True)
@@ -92,18 +140,18 @@ class MainWindow(QMainWindow):
         self.problem.follow(bench)
         for bar in (self.notice, self.problem):
             self._middle.addWidget(bar)
-        self._docks, self.docks = self._make_docks(middle)
-        self._panels = PanelDocks(self._docks, self.docks["session"])
+        self._docks = WindowDocks(self, bench, middle, filled=self._show_content)
+        self.docks = self._docks.widgets
+        self._panels = PanelDocks(self._docks.manager, self.docks["session"])
         self.plugins = PluginHost(bench, plugins or home / "plugins", places=self._panels)
-        self._single_keys = SingleKeys(self, self._docks)
-        self._first_layout = Layout(bytes(self._docks.saveState().data()), FIRST_SHARES)
+        self._single_keys = SingleKeys(self, self._docks.manager)
         self.menus = Menus(bench, self)
         self.palette_bar = CommandPalette(bench, self)
         self.cheat_sheet = CheatSheet(bench, self)
         self._status = StatusLine(bench, run, self.statusBar())
         self.first_page: FirstPage | None = None
         ask = partial(ask_file, self)
-        add_file_actions(bench, replacing, ask, partial(ask_folder, self))
+        FileActions(bench, replacing, ask, partial(ask_folder, self)).add()
         add_session_actions(bench, run, partial(ask_share, self))
         live = bench.shared(LiveRun)
         if live is not None:
@@ -120,48 +168,11 @@ class MainWindow(QMainWindow):
 
     # --- construction ----------------------------------------------------------------------------
 
-    def _make_docks(self, middle: QWidget) -> tuple[Any, dict[str, Any]]:
-        flags = ads.CDockManager.eConfigFlag
-        ads.CDockManager.setConfigFlag(flags.OpaqueSplitterResize, True)
-        ads.CDockManager.setConfigFlag(flags.FocusHighlighting, False)
-        ads.CDockManager.setConfigFlag(flags.DockAreaHasTabsMenuButton, False)
-        # The application's theme decides, also after a change of theme.
-        ads.CDockManager.setConfigFlag(flags.DisableStylesheet, True)
-        # A floating dock is dragged back by a title bar of the library's own: it sees no drags of
-        # a window manager's.
-        ads.CDockManager.setConfigFlag(flags.FloatingContainerForceQWidgetTitleBar, True)
-        manager = ads.CDockManager(self)
-        add_dock_again(manager)
-        centre = ads.CDockWidget(manager, VIEW)
-        centre.setWidget(middle)
-        centre.setFeature(ads.CDockWidget.DockWidgetFeature.NoTab, True)
-        areas = {"centre": manager.setCentralWidget(centre)}
-        made: dict[str, Any] = {}
-        for dock in DOCKS:
-            widget = ads.CDockWidget(manager, dock.title)
-            widget.setObjectName(dock.id)
-            widget.setWidget(QWidget())
-            widget.setMinimumSizeHintMode(
-                ads.CDockWidget.eMinimumSizeHintMode.MinimumSizeHintFromDockWidget
-            )
-            widget.visibilityChanged.connect(lambda _=False, of=dock: self._fill_dock(of))
-            if dock.side in areas:
-                manager.addDockWidgetTabToArea(widget, areas[dock.side])
-            else:
-                areas[dock.side] = manager.addDockWidget(AREAS[dock.side], widget)
-            made[dock.id] = widget
-        for side in ("left", "right"):
-            first = next(made[dock.id] for dock in DOCKS if dock.side == side)
-            first.setAsCurrentTab()
-        for dock_id in CLOSED_AT_FIRST:
-            made[dock_id].toggleView(False)
-        manager.setSplitterSizes(areas["left"], [250, 640, 490])
-        manager.setSplitterSizes(areas["bottom"], [540, 260])
-        return manager, made
-
     def _fill(self) -> None:
         if not self._timer.isActive():
             return  # closed before it was filled
+        if not self.bench.settings.layout:
+            self._docks.lower_timeline()
         self.view = self._make_view(self.bench)
         self._middle.addWidget(self.view, 1)
         self.menus.build()
@@ -170,40 +181,20 @@ class MainWindow(QMainWindow):
             self.show_first_page()
         self._work.offer()
         self.plugins.start()
-        QTimer.singleShot(0, self, self._fill_docks)
+        self._docks.begin_filling()
 
-    def _fill_docks(self) -> None:
-        """Make one dock's content at a time, those that are seen first."""
-        order = sorted(DOCKS, key=lambda dock: not self.docks[dock.id].isVisible())
-        missing = [dock for dock in order if dock.id not in self._contents]
-        if missing and self._timer.isActive():
-            self._make_content(missing[0])
-            QTimer.singleShot(30, self, self._fill_docks)
-
-    def _fill_dock(self, dock: Dock) -> None:
-        if self.view is not None and self.docks[dock.id].isVisible():
-            self._make_content(dock)
-
-    def _make_content(self, dock: Dock) -> None:
-        if dock.id in self._contents:
-            return
-        content = make_content(dock, self.bench)
-        self._contents[dock.id] = content
-        before = self.docks[dock.id].takeWidget()
-        self.docks[dock.id].setWidget(content)
-        before.deleteLater()
+    def _show_content(self) -> None:
         self.menus.build()
         self._recolour()
 
     @property
     def line(self) -> str:
-        """What the bottom of the window says."""
+        """The line at the bottom of the window."""
         return self._status.text
 
     def content(self, dock_id: str) -> QWidget:
-        """What a dock holds; made if it was not yet."""
-        self._make_content(next(dock for dock in DOCKS if dock.id == dock_id))
-        return self._contents[dock_id]
+        """Return the content of a dock; made if it was not yet."""
+        return self._docks.content(dock_id)
 
     def _listen(self) -> None:
         self.bench.listen(Topic.DOCUMENT, self._on_document)
@@ -246,16 +237,10 @@ class MainWindow(QMainWindow):
         return True
 
     def _recolour(self) -> None:
-        import qtawesome  # loads fonts: not before the window is shown
-
         theme = THEMES[self.bench.settings.theme]
         self.menus.colour(theme.text)
         self._panels.colour(theme.text)
-        for dock in DOCKS:
-            self.docks[dock.id].setIcon(qtawesome.icon(dock.icon, color=theme.faint))
-            # The docks' library colours its tabs by itself, unreadably in a dark theme.
-            for label in self.docks[dock.id].tabWidget().findChildren(QLabel):
-                label.setStyleSheet(f"color: {theme.text}")
+        self._docks.colour(theme)
 
     def _poll(self) -> None:
         self.run.poll()
@@ -275,7 +260,7 @@ class MainWindow(QMainWindow):
     @property
     def is_filled(self) -> bool:
         """Whether the view and all docks are there."""
-        return self.view is not None and len(self._contents) == len(DOCKS)
+        return self.view is not None and self._docks.are_filled
 
     # --- what the actions ask for ----------------------------------------------------------------
 
@@ -289,25 +274,15 @@ class MainWindow(QMainWindow):
 
     def show_dock(self, dock_id: str) -> None:
         """See `Shell`."""
-        self.docks[dock_id].toggleView(True)
-        self.docks[dock_id].setAsCurrentTab()
-        self.content(dock_id).setFocus()
+        self._docks.show(dock_id)
 
     def save_layout(self, name: str) -> None:
         """See `Shell`."""
-        layout = Layout.of(self._docks).text()
-        self.bench.set(layouts={**self.bench.settings.layouts, name: layout})
+        self._docks.save_layout(name)
 
     def load_layout(self, name: str) -> None:
         """See `Shell`."""
-        if not name:
-            self._first_layout.show(self._docks)
-            return
-        layout = self.bench.settings.layouts.get(name)
-        if layout is None:
-            known = ", ".join(self.bench.settings.layouts) or "none"
-            raise ValueError(f"no layout {name!r}; saved are: {known}")
-        Layout.from_text(layout).show(self._docks)
+        self._docks.load_layout(name)
 
     def save_picture(self, path: Path) -> None:
         """See `Shell`."""
@@ -361,7 +336,7 @@ class MainWindow(QMainWindow):
         if settings.geometry:
             self.restoreGeometry(QByteArray(base64.b64decode(settings.geometry)))
         if settings.layout:
-            self._docks.restoreState(QByteArray(base64.b64decode(settings.layout)))
+            self._docks.manager.restoreState(QByteArray(base64.b64decode(settings.layout)))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """See Qt."""
@@ -386,20 +361,16 @@ class MainWindow(QMainWindow):
             self.close_window()
             return
         self._timer.stop()
+        self._docks.stop_filling()
         self.film_window(None)
-        layout = base64.b64encode(bytes(self._docks.saveState().data())).decode()
+        layout = base64.b64encode(bytes(self._docks.manager.saveState().data())).decode()
         geometry = base64.b64encode(bytes(self.saveGeometry().data())).decode()
         self.bench.set(layout=layout, geometry=geometry)
         self.hide()  # at once, also where the session takes a while to stop
         self.run.close()
         self.plugins.close()
-        for widget in (self.view, *self._contents.values()):
+        for widget in (self.view, *self._docks.contents.values()):
             if widget is not None:
                 widget.close()
         self._work.close()
         event.accept()
-
-
-def make_history(bench_document: Callable[[], Workbench]) -> QtHistory:
-    """The undo stack of a bench that is made after it."""
-    return QtHistory(lambda document: bench_document().show_document(document))

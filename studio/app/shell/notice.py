@@ -29,7 +29,7 @@ class NoticeBar(QFrame):
 
     @property
     def text(self) -> str:
-        """What it says."""
+        """Its text."""
         return self._text.text()
 
     def offer(self, text: str, ways: Mapping[str, Callable[[], object]]) -> None:

@@ -177,7 +177,7 @@ def figures(value: float, form: str) -> str:
 
 
 def style_sheet(theme: Theme, name: str, text_scale: float = 1.0) -> str:
-    """What the palette cannot say: docks, tabs, menus, inputs, focus.
+    """Return the style sheet, for what a palette lacks: docks, tabs, menus, inputs, focus.
 
     Args:
         theme: its colours.

@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 
 from studio.app.model.documents.autosave import Autosave, Recovered, discard, recoverable
-from studio.app.model.runs.replacing import Replacing
+from studio.app.model.runs.leaving import Replacing
 from studio.app.model.workbench import Topic, Workbench
 from studio.app.shell.notice import NoticeBar
 

@@ -119,7 +119,7 @@ def _grows(item: QLayoutItem) -> bool:
 
 
 def _width(item: QLayoutItem) -> int:
-    """What grows can be narrow; the others are as wide as their words."""
+    """Return an item's width: the least of one that grows, else that of its words."""
     return item.minimumSize().width() if _grows(item) else item.sizeHint().width()
 
 

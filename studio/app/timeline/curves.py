@@ -22,7 +22,7 @@ COLOURS = ("accent", "good", "warning", "bad", "calm")
 DASHES = (None, (6, 3), (2, 3), (8, 3, 2, 3))
 """Lengths of strokes and gaps in line widths, one a curve, in turn."""
 
-LEAST_PX = 56
+MIN_PX = 56
 """Height below which curves say nothing."""
 
 
@@ -47,7 +47,7 @@ class Curves(QWidget):
         self._line: Any = None
         self._layout = QVBoxLayout(self)
         self._layout.setContentsMargins(0, 0, 0, 0)
-        self.setMinimumHeight(LEAST_PX)
+        self.setMinimumHeight(MIN_PX)
         self._empty = QLabel(
             "No errors to show: this recording does not say where its objects truly were."
         )
@@ -103,7 +103,7 @@ class Curves(QWidget):
             self._plot.setXRange(from_ns / 1e9, to_ns / 1e9, padding=0)
 
     def set_playhead(self, t_ns: int) -> None:
-        """Where the recording is."""
+        """Move the playhead."""
         self._t_ns = t_ns
         if self._line is not None:
             self._line.setValue(t_ns / 1e9)

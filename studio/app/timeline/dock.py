@@ -42,6 +42,23 @@ POLL_MS = 15
 """Between two looks at clock and threads: below a frame of a 30 Hz view."""
 
 
+class _Pages(QStackedWidget):
+    """Pages of which the first, the empty one, may be lower than the others."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.currentChanged.connect(self.updateGeometry)
+
+    def hasHeightForWidth(self) -> bool:
+        """See Qt."""
+        return self.currentIndex() != 0 and super().hasHeightForWidth()
+
+    def minimumSizeHint(self) -> QSize:
+        """See Qt."""
+        is_empty = self.currentIndex() == 0
+        return self.currentWidget().minimumSizeHint() if is_empty else super().minimumSizeHint()
+
+
 class TimelineDock(QWidget):
     """Transport buttons, rows over time, error curves; comparisons in the same place.
 
@@ -102,7 +119,7 @@ class TimelineDock(QWidget):
             self._cover,
         )
         self.empty = EmptyPage(self.bench)
-        self.pages = QStackedWidget()
+        self.pages = _Pages()
         for page in (self.empty, self.rows, self.view):
             self.pages.addWidget(page)
         whole = QVBoxLayout(self)

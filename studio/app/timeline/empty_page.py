@@ -1,11 +1,10 @@
-"""What the timeline shows while no recording is open: what it is for, and how to get one."""
+"""Page of the timeline while no recording is open: what it is for, and how to get one."""
 
 from __future__ import annotations
 
 from functools import partial
 
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QWidget
 
 from studio.app.model.standing import Mode
 from studio.app.model.workbench import Topic, Workbench
@@ -39,23 +38,18 @@ class EmptyPage(QWidget):
         super().__init__()
         self._bench = bench
         self.words = QLabel()
-        self.words.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self.words.setWordWrap(True)
         self.words.setObjectName("faint")
         self.buttons: dict[str, QPushButton] = {}
-        row = QHBoxLayout()
-        row.addStretch(1)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(12, 2, 12, 2)
         for title, action_id in WAYS:
             button = QPushButton(title)
             button.clicked.connect(partial(_clicked, bench, action_id))
             self.buttons[action_id] = button
             row.addWidget(button)
-        row.addStretch(1)
-        column = QVBoxLayout(self)
-        column.addStretch(1)
-        column.addWidget(self.words)
-        column.addLayout(row)
-        column.addStretch(1)
+        row.addSpacing(8)
+        row.addWidget(self.words, 1)
         bench.listen(Topic.SESSION, self._show_state)
         self._show_state()
 

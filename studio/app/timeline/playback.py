@@ -1,4 +1,4 @@
-"""Where a recording is being watched: plays, pauses, steps and jumps, by an injected clock."""
+"""Playhead of a recording: plays, pauses, steps and jumps, by an injected clock."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the timeline says of the instant under the mouse, in words and units."""
+"""Read-out of the instant under the mouse, in words and units."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ RULER_PX, ROW_PX, PAD_PX = 20, 17, 3
 SAMPLE_PX = 16
 """Length of the piece of an object's curve that stands before its name."""
 
-LEAST_SPAN_NS = 200_000_000
+MIN_SPAN_NS = 200_000_000
 """Shortest part that can be zoomed to: two frames of a slow camera."""
 
 TICKS_S = (0.1, 0.2, 0.5, 1, 2, 5, 10, 15, 30, 60, 120, 300, 600)
@@ -61,7 +61,7 @@ def colour_of(theme: Theme, state: TrackState) -> str:
 
 
 class TrackView(QWidget):
-    """What a recording holds over time; drags and wheel call back.
+    """States, faults and events of a recording over time; drags and wheel call back.
 
     Args:
         theme: gives the colours.
@@ -98,7 +98,7 @@ class TrackView(QWidget):
         self._shown = shown
         if shown is not None:
             self.from_ns = shown.index.start_ns
-            self.to_ns = max(shown.index.end_ns, self.from_ns + LEAST_SPAN_NS)
+            self.to_ns = max(shown.index.end_ns, self.from_ns + MIN_SPAN_NS)
         rows = 0 if shown is None else len(shown.states)
         self.setMinimumHeight(RULER_PX + (self._heads + rows) * ROW_PX + 4)
         self.redraw()
@@ -114,7 +114,7 @@ class TrackView(QWidget):
         self.redraw()
 
     def set_playhead(self, t_ns: int) -> None:
-        """Where the recording is; brings it into view."""
+        """Move the playhead, and bring it into view."""
         self._playhead_ns = t_ns
         if not self.from_ns <= t_ns <= self.to_ns:
             self._show_span(t_ns - (self.to_ns - self.from_ns) // 10, self.to_ns - self.from_ns)
@@ -140,15 +140,15 @@ class TrackView(QWidget):
         if self._shown is None:
             return
         old = self.to_ns - self.from_ns
-        whole = max(self._shown.index.end_ns - self._shown.index.start_ns, LEAST_SPAN_NS)
-        new = int(min(max(old * factor, LEAST_SPAN_NS), whole))
+        whole = max(self._shown.index.end_ns - self._shown.index.start_ns, MIN_SPAN_NS)
+        new = int(min(max(old * factor, MIN_SPAN_NS), whole))
         self._show_span(round(at_ns - (at_ns - self.from_ns) * new / old), new)
 
     def _show_span(self, from_ns: int, length_ns: int) -> None:
         if self._shown is None:
             return
         start = self._shown.index.start_ns
-        end = max(self._shown.index.end_ns, start + LEAST_SPAN_NS)
+        end = max(self._shown.index.end_ns, start + MIN_SPAN_NS)
         self.from_ns = min(max(from_ns, start), max(end - length_ns, start))
         self.to_ns = self.from_ns + length_ns
         self.redraw()

@@ -129,7 +129,7 @@ class Transport(QWidget):
 
 
 class Legend(QLabel):
-    """What the signs of the rows stand for; gives way where there is no room."""
+    """Legend of the rows' signs; gives way where there is no room."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -33,9 +33,9 @@ class Viewing:
     def __init__(self, bench: Workbench) -> None:
         self.bench = bench
         self.path: Path | None = None
-        """What is open, or is opened at the end of a session."""
+        """The recording that is open, or is opened at the end of a session."""
         self._wanted: Path | None = None
-        """What is being read."""
+        """The recording that is being read."""
         self.shown: OpenRecording | None = None
         self.playback: Playback | None = None
         self.share: float | None = None

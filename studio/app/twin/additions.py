@@ -1,4 +1,4 @@
-"""What a user adds to the twin, as pure functions that give the document and the new id.
+"""Additions to the twin, as pure functions that give the document and the new id.
 
 `scanned` is where the scan has its movable objects, by id, as in `edits.py`.
 """
@@ -24,14 +24,14 @@ Hit = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64] |
 """The first point (3,) that a ray from an eye (3,) along a unit direction (3,) meets, or None."""
 
 SHAPES: tuple[Shape, ...] = ("box", "ball", "cylinder")
-LEAST_SIZE_M, LARGEST_SIZE_M = 0.01, 20.0
+MIN_SIZE_M, MAX_SIZE_M = 0.01, 20.0
 """Sides of a primitive, metres: physics passes through what is smaller; no room holds what is
 larger."""
 ROLES = ("local", "remote")
 EYE_HEIGHT_M = 1.6
 """Of a person who stands, above the floor: the middle of adults (DIN 33402-2)."""
 HANDS_M = ((-0.22, 0.55, 0.25), (0.22, 0.55, 0.25))
-"""Where the left and the right hand are from the head (x right, y down, z ahead): forearms held
+"""Left and right hand as seen from the head (x right, y down, z ahead), metres: forearms held
 out."""
 COLOURS = ((0.90, 0.45, 0.20), (0.20, 0.55, 0.85), (0.30, 0.65, 0.40), (0.75, 0.40, 0.70))
 """Of primitives and annotations, in turn: distinct for whoever sees colours, named in the tree."""
@@ -42,7 +42,7 @@ STREAM_ID = "camera-360"
 """Camera that live surfaces are taken from."""
 SIMPLIFIED_M = 0.004
 """Points of a drawn line nearer than that to the last one are left out: a pen's width."""
-MOST_POINTS = 2000
+MAX_POINTS = 2000
 """Of one annotation: 8 m of a drawn line."""
 
 
@@ -230,8 +230,8 @@ def annotated(
     line = simplified(_checked_points(annotation_id, points))
     if len(line) < 2:
         raise EditError(f"{annotation_id}: a line of {len(line)} point; draw at least two apart")
-    if len(line) > MOST_POINTS:
-        raise EditError(f"{annotation_id}: a line of {len(line)} points, limit {MOST_POINTS}")
+    if len(line) > MAX_POINTS:
+        raise EditError(f"{annotation_id}: a line of {len(line)} points, limit {MAX_POINTS}")
     twin = document.twin
     colour = colour or COLOURS[len(twin.annotations) % len(COLOURS)]
     note = Annotation(annotation_id, user_id, line, colour)
@@ -325,10 +325,10 @@ def _checked_size(
         x, y, z = (float(side) for side in size_m)
     except (ValueError, TypeError):
         raise EditError(f"{item_id}: size {size_m!r}, wanted three lengths in m") from None
-    if not all(LEAST_SIZE_M <= side <= LARGEST_SIZE_M for side in (x, y, z)):
+    if not all(MIN_SIZE_M <= side <= MAX_SIZE_M for side in (x, y, z)):
         raise EditError(
-            f"{item_id}: size {x:g} × {y:g} × {z:g} m, limits {LEAST_SIZE_M:g} to "
-            f"{LARGEST_SIZE_M:g} m a side"
+            f"{item_id}: size {x:g} × {y:g} × {z:g} m, limits {MIN_SIZE_M:g} to "
+            f"{MAX_SIZE_M:g} m a side"
         )
     if shape == "ball":
         return x, x, x

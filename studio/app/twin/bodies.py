@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
-from scenes.pose import Pose
+import numpy as np
+
+from scenes.pose import Pose, rotation_angle
 from studio.app.model.documents.added_mesh import AddedMesh
 from studio.app.model.documents.arranged import LARGEST_MESH_M, mass_kg
 from studio.app.model.documents.document import Primitive, TwinEdits
@@ -14,14 +17,20 @@ if TYPE_CHECKING:
     from sim.physics.moving.primitives import Primitive as Solid
     from sim.physics.moving.virtual import Virtual
 
-LEAST_SIDE_M = 0.01
+MIN_SIDE_M = 0.01
 """Thickness that a flat mesh gets in the physics, as the thinnest primitive there may be."""
+
+MOVED_M = 0.005
+"""Way below which an object that nobody gripped counts as where it was: a scan's noise lets
+objects settle by as much."""
+MOVED_RAD = math.radians(1.0)
+"""Turn below which it does."""
 
 Body = Primitive | AddedMesh
 
 
 def bodies_of(twin: TwinEdits) -> dict[str, Body]:
-    """What of the document's items the physics has, by id."""
+    """Return the document's items that the physics has, by id."""
     small = {key: mesh for key, mesh in twin.meshes.items() if max(mesh.size_m) <= LARGEST_MESH_M}
     return {**twin.primitives, **small}
 
@@ -41,7 +50,7 @@ def virtual_of(item: Body) -> Virtual:
 
 
 def physical_pose(item: Body) -> Pose:
-    """Where the physics has a body: of a primitive its middle, of a mesh its base."""
+    """Return a body's pose in the physics: of a primitive its middle, of a mesh its base."""
     if isinstance(item, Primitive):
         return item.world_from_primitive @ _base_from_centre(item)
     return item.world_from_mesh
@@ -76,7 +85,7 @@ def _object_of(item: AddedMesh) -> PhysicalObject:
     from sim.physics.scanned.objects import FRICTION
     from sim.scenarios.arrangement import parts_of_mesh
 
-    x, y, z = (max(side, LEAST_SIDE_M) for side in item.size_m)
+    x, y, z = (max(side, MIN_SIDE_M) for side in item.size_m)
     parts = parts_of_mesh(item.scaled)
     return PhysicalObject(
         object_id=item.mesh_id,
@@ -92,3 +101,15 @@ def _object_of(item: AddedMesh) -> PhysicalObject:
 
 def _base_from_centre(item: Primitive) -> Pose:
     return Pose.from_yaw(0.0, (0.0, 0.0, 0.5 * item.size_m[2]))
+
+
+def is_same_pose(a: Pose, b: Pose) -> bool:
+    """Whether two poses differ by rounding at most."""
+    return a is b or bool(np.abs(a.matrix() - b.matrix()).max() < 1e-9)
+
+
+def has_moved(before: Pose, after: Pose, share: float) -> bool:
+    """Whether a body has moved or turned by more than a share of `MOVED_M` or `MOVED_RAD`."""
+    way = float(np.linalg.norm(after.translation - before.translation))
+    turn = rotation_angle(after.rotation @ before.rotation.T)
+    return way > share * MOVED_M or turn > share * MOVED_RAD

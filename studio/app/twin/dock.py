@@ -59,7 +59,7 @@ ADDITIONS = (
     ("Camera", "twin.add_camera", {}),
     ("Mesh from a file …", "twin.add_mesh", {}),
 )
-"""What the Add menu holds: its title, the action, and its arguments."""
+"""Entries of the Add menu: title, action, and its arguments."""
 NOTHING = "Click an object in the view or in the list: its place and numbers are shown here."
 HINT = "In the view: hold Ctrl and drag an object to move it by physics; let go to throw it."
 

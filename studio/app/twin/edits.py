@@ -36,7 +36,7 @@ class EditError(ValueError):
 
 
 class ItemKind(Enum):
-    """What an item of the twin is."""
+    """Kinds of items of the twin."""
 
     OBJECT = "object"
     PRIMITIVE = "primitive"
@@ -110,7 +110,7 @@ class Stance:
 
 
 def kind_of(document: Document, scanned: Mapping[str, Pose], item_id: str) -> ItemKind:
-    """What an id stands for.
+    """Return the kind of an item.
 
     Raises:
         EditError: nothing of that id is there.
@@ -139,7 +139,7 @@ def new_id(document: Document, scanned: Mapping[str, Pose], stem: str) -> str:
 
 
 def pose_of(document: Document, scanned: Mapping[str, Pose], item_id: str) -> Pose:
-    """Where an item is: `world_from_item`.
+    """Return the pose of an item, `world_from_item`.
 
     Of avatars and cameras the frame is a camera's (OpenCV axes). Live surfaces and annotations are
     made of points: their frame is the world's, moved to the middle of the points.
@@ -291,7 +291,7 @@ def reset(document: Document, scanned: Mapping[str, Pose], item_id: str) -> Docu
 
 
 def name_of(document: Document, item_id: str, otherwise: str = "") -> str:
-    """What an item is called: the name it was given, or another one, or its id."""
+    """Return an item's name: the one it was given, or another one, or its id."""
     return document.twin.names.get(item_id) or otherwise or item_id
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
@@ -13,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from devices.clock import Clock
 from scenes.package import ScenePackage
-from scenes.pose import Pose, rotation_angle
+from scenes.pose import Pose
 from scenes.state import SceneState
 from studio.app.model.documents.document import Document, hand_state
 from studio.app.model.workbench import Topic, Workbench
@@ -22,7 +21,9 @@ from studio.app.twin.bodies import (
     Body,
     base_pose,
     bodies_of,
+    has_moved,
     is_same_body,
+    is_same_pose,
     physical_pose,
     virtual_of,
 )
@@ -37,14 +38,9 @@ PATIENCE_NS = 3_000_000_000
 SETTLED_NS = 200_000_000
 """Time after which a body's new size is its last one: while it is dragged, each picture has another
 one, and the parts of a large mesh take some tenths of a second each."""
-MOVED_M = 0.005
-"""Way below which an object that nobody gripped counts as where it was: a scan's noise lets
-objects settle by as much."""
-MOVED_RAD = math.radians(1.0)
-"""Turn below which it does."""
-
 TOUCHED_SHARE = 0.1
-"""Share of both that counts for what was gripped: a click that moves nothing is no step of undo."""
+"""Share of `MOVED_M` and `MOVED_RAD` that counts for what was gripped: a click that moves nothing
+is no step of undo."""
 
 
 def physics_of(scene: ScenePackage) -> PhysicsByHand:
@@ -337,7 +333,7 @@ class TwinPhysics:
         wanted = {key: pose for key, pose in wanted.items() if key in self._known}
         wanted |= {key: physical_pose(item) for key, item in bodies.items()}
         changed = {
-            key: pose for key, pose in wanted.items() if not _is_same(pose, self._known[key])
+            key: pose for key, pose in wanted.items() if not is_same_pose(pose, self._known[key])
         }
         if changed:
             self._known |= changed
@@ -355,7 +351,7 @@ class TwinPhysics:
         for object_id, pose in frame.poses.items():
             before = self._known.get(object_id)
             share = TOUCHED_SHARE if object_id in self._touched else 1.0
-            if before is None or not _has_moved(before, pose, share):
+            if before is None or not has_moved(before, pose, share):
                 continue
             body = bodies.get(object_id)
             moved[object_id] = pose if body is None else base_pose(body, pose)
@@ -383,16 +379,6 @@ class TwinPhysics:
         self._bench.note(
             "twin.put", poses={key: pose.matrix().tolist() for key, pose in there.items()}
         )
-
-
-def _is_same(a: Pose, b: Pose) -> bool:
-    return a is b or bool(np.abs(a.matrix() - b.matrix()).max() < 1e-9)
-
-
-def _has_moved(before: Pose, after: Pose, share: float) -> bool:
-    way = float(np.linalg.norm(after.translation - before.translation))
-    turn = rotation_angle(after.rotation @ before.rotation.T)
-    return way > share * MOVED_M or turn > share * MOVED_RAD
 
 
 def _vector(name: str, values: ArrayLike) -> np.ndarray:

@@ -71,6 +71,10 @@ class Inspector(QWidget):
         self.reset = _button("Reset", "back to where the scan has it", self._do("twin.reset"))
         self.frame = _button("Frame", "bring it into the view", self._frame)
         self.remove = _button("Remove", "take away what was added", self._do("twin.remove"))
+        self._form = self._make_form()
+        self.show_item(None)
+
+    def _make_form(self) -> QFormLayout:
         form = QFormLayout(self)
         form.setContentsMargins(8, 6, 8, 8)
         form.setVerticalSpacing(4)
@@ -96,8 +100,7 @@ class Inspector(QWidget):
         for button in (self.reset, self.frame, self.remove):
             buttons.addWidget(button)
         form.addRow(buttons)
-        self._form = form
-        self.show_item(None)
+        return form
 
     def show_item(self, item: TwinItem | None) -> None:
         """Show an item; None shows that nothing is selected. A field being typed in is left."""

@@ -1,4 +1,4 @@
-"""What is in the twin, as a list for people: kind, name, state, place, size, certainty."""
+"""Items of the twin, as a list for people: kind, name, state, place, size, certainty."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class TwinItem:
 
 
 def scanned_poses(scene: ScenePackage | None) -> dict[str, Pose]:
-    """Where the scan has its movable objects, by id."""
+    """Return the scan's poses of its movable objects, by id."""
     return {} if scene is None else {o.object_id: o.world_from_object for o in scene.objects}
 
 

@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from devices.streams import Slot
 from scenes.frames import WORLD_FROM_GLTF
+from scenes.workers.task import Task
 from studio.app.model.documents.added_mesh import METRES, MOST_TRIANGLES, Axis, Geometry
 from studio.app.twin.edits import EditError
 
 SUFFIXES = (".obj", ".ply", ".glb", ".gltf", ".stl", ".off")
-MOST_BYTES = 64_000_000
+MAX_BYTES = 64_000_000
 """Of a file: a text of `MOST_TRIANGLES` triangles with normals and texture places is half of it."""
 
-LEAST_M, LARGEST_M = 0.01, 20.0
+MIN_M, MAX_M = 0.01, 20.0
 """Longest side of a mesh, metres: what is smaller or larger is in another unit, or fits no room."""
 
 Up = Literal["", "y", "z"]
@@ -93,7 +96,7 @@ def read_geometry(path: Path, *, unit: str = "m", up: Up = "", fallback: Any) ->
 
 
 def described(path: Path, geometry: Geometry, *, unit: str, up: Up) -> str:
-    """What was added, and what the file did not say, in one sentence."""
+    """Describe what was added, and what the file did not say, in one sentence."""
     x, y, z = geometry.size_m
     is_gltf = path.suffix.lower() in (".glb", ".gltf")
     text = f"{path.name}: {len(geometry.faces)} triangles, {x:.3f} × {y:.3f} × {z:.3f} m"
@@ -116,9 +119,9 @@ def _surface(path: Path) -> Any:
     if path.suffix.lower() not in SUFFIXES:
         raise EditError(f"{path.name}: wanted a mesh: {' '.join(SUFFIXES)}")
     size = path.stat().st_size
-    if size > MOST_BYTES:
+    if size > MAX_BYTES:
         raise EditError(
-            f"{path.name}: {size / 1e6:.0f} MB, limit {MOST_BYTES / 1e6:.0f} MB; reduce it in a "
+            f"{path.name}: {size / 1e6:.0f} MB, limit {MAX_BYTES / 1e6:.0f} MB; reduce it in a "
             "modelling program, or save it as .glb"
         )
     import trimesh
@@ -135,18 +138,18 @@ def _surface(path: Path) -> Any:
 
 def _check_size(path: Path, sides: NDArray[np.float64], unit: str) -> None:
     longest = float(sides.max())
-    if LEAST_M <= METRES[unit] * longest <= LARGEST_M:
+    if MIN_M <= METRES[unit] * longest <= MAX_M:
         return
     fitting = {
         name: factor * longest
         for name, factor in METRES.items()
-        if LEAST_M <= factor * longest <= LARGEST_M
+        if MIN_M <= factor * longest <= MAX_M
     }
     words = [f"unit={name} ({_sides(METRES[name] * sides)})" for name in fitting]
     remedy = f"add it with {' or '.join(words)}" if words else "scale it in a modelling program"
     raise OtherUnitError(
         f"{path.name}: {_sides(METRES[unit] * sides)} if its unit is {unit}, limits of the longest "
-        f"side {LEAST_M:g} to {LARGEST_M:g} m; {remedy}",
+        f"side {MIN_M:g} to {MAX_M:g} m; {remedy}",
         fitting,
     )
 
@@ -167,3 +170,66 @@ def _colours(surface: Any, fallback: Any, count: int) -> NDArray[np.uint8]:
     except Exception:  # noqa: BLE001 - as above: a damaged picture costs the colours, not the mesh
         return plain
     return colours[:, :3].copy() if colours.shape[:1] == (count,) else plain
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ReadMesh:
+    """A mesh that was read, or why it was not.
+
+    Attributes:
+        path: of the file.
+        place: (3,) where it is to stand, world metres.
+        yaw_rad: heading.
+        geometry: its triangles, or None.
+        unit, up: that its lengths were taken to be in, and its upper axis.
+        text: what there is to say of it.
+    """
+
+    path: Path
+    place: Any
+    yaw_rad: float
+    geometry: Geometry | None
+    text: str
+    unit: str = "m"
+    up: Axis = "z"
+
+
+class MeshJob:
+    """Reads one file.
+
+    Args:
+        path: of the file.
+        place: (3,) where the mesh is to stand.
+        yaw_rad: heading.
+        unit: see `read_geometry`; "" for metres, or the likeliest unit of a mesh that would be too
+            large for a room in metres.
+        up: see `read_geometry`.
+        fallback: colour (3,) 0..1 of a mesh without.
+    """
+
+    def __init__(
+        self, path: Path, *, place: Any, yaw_rad: float, unit: str, up: Up, fallback: Any
+    ) -> None:
+        self.result: Slot[ReadMesh] = Slot()
+
+        def run(_task: Task[None]) -> None:
+            try:
+                geometry, read_in = _read(path, unit=unit, up=up, fallback=fallback)
+                text = described(path, geometry, unit=read_in, up=up)
+            except (EditError, ValueError, OSError, MemoryError) as error:
+                self.result.put(ReadMesh(path, place, yaw_rad, None, str(error)))
+            else:
+                axis = upper_axis(path, up)
+                self.result.put(ReadMesh(path, place, yaw_rad, geometry, text, read_in, axis))
+
+        Task("mesh file", run).start()
+
+
+def _read(path: Path, *, unit: str, up: Up, fallback: Any) -> tuple[Geometry, str]:
+    """The triangles, and the unit that they were taken to be in."""
+    try:
+        return read_geometry(path, unit=unit or "m", up=up, fallback=fallback), unit or "m"
+    except OtherUnitError as error:
+        if unit or not error.likely:
+            raise
+        return read_geometry(path, unit=error.likely, up=up, fallback=fallback), error.likely

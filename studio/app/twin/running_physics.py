@@ -26,7 +26,7 @@ STEP_NS = 2_000_000
 """One step of physics, as `sim.physics.world.STEP_NS`."""
 TICK_NS = 1_000_000_000 // 60
 """Between two poses: a picture of 60 Hz."""
-MOST_BEHIND_NS = 50_000_000
+MAX_BEHIND_NS = 50_000_000
 """Time that is made up for in one tick; of more, physics runs slower than the clock instead."""
 REST_NS = 250_000_000
 """Time for which everything has to be at rest: longer than anything hangs in the air at its apex
@@ -58,7 +58,7 @@ class RoomPoses:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Aim:
-    """Where the hand is to be; of which grab, so that a late drag moves nothing else."""
+    """Target of the hand, with its grab, so that a late drag moves nothing else."""
 
     grab: int
     target_in_world: NDArray[np.float64]
@@ -79,7 +79,7 @@ class RunningPhysics:
     def __init__(self, open_physics: Callable[[], PhysicsByHand], clock: Clock) -> None:
         self.poses: Slot[RoomPoses] = Slot()
         self.problems: Slot[str] = Slot()
-        """What could not be done, a sentence; physics goes on."""
+        """Problems, a sentence each; physics goes on."""
         self.failure: BaseException | None = None
         """Why it ended by itself, if it did."""
         self.sent = 0
@@ -239,7 +239,7 @@ class RunningPhysics:
 
     def _pass(self, physics: PhysicsByHand, now_ns: int) -> None:
         due_ns = now_ns - TICK_NS if self._due_ns is None else self._due_ns
-        due_ns = max(due_ns, now_ns - MOST_BEHIND_NS)
+        due_ns = max(due_ns, now_ns - MAX_BEHIND_NS)
         steps = max(0, (now_ns - due_ns) // STEP_NS)
         self._due_ns = due_ns + steps * STEP_NS
         self._pull(physics)

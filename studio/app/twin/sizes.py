@@ -17,7 +17,7 @@ from studio.app.model.documents.added_mesh import METRES, AddedMesh, Axis, Geome
 from studio.app.model.documents.document import Document, with_item
 from studio.app.twin.additions import primitive_resized
 from studio.app.twin.edits import EditError
-from studio.app.twin.mesh_file import LARGEST_M, LEAST_M
+from studio.app.twin.mesh_file import MAX_M, MIN_M
 
 FLAT_M = 1e-6
 """A side of a mesh below this has no length that could be changed: a picture, a plane."""
@@ -120,10 +120,10 @@ def _with_scale(document: Document, mesh: AddedMesh, scale: Sequence[float]) -> 
 
 def _check(mesh: AddedMesh, sides: Sequence[float], when: str) -> None:
     longest = max(sides)
-    if not LEAST_M <= longest <= LARGEST_M:
+    if not MIN_M <= longest <= MAX_M:
         raise EditError(
-            f"{mesh.source}: its longest side would be {longest:.3g} m {when}, limits {LEAST_M:g} "
-            f"to {LARGEST_M:g} m; it stays as it is"
+            f"{mesh.source}: its longest side would be {longest:.3g} m {when}, limits {MIN_M:g} "
+            f"to {MAX_M:g} m; it stays as it is"
         )
 
 

@@ -16,8 +16,7 @@ from studio.app.twin import additions, edits, sizes
 from studio.app.twin.edits import EditError, Stance
 from studio.app.twin.hand import TwinPhysics
 from studio.app.twin.items import scanned_poses
-from studio.app.twin.mesh_file import Up
-from studio.app.twin.mesh_job import MeshJob
+from studio.app.twin.mesh_file import MeshJob, Up
 
 GROUP = "Twin"
 CAMERA_HEIGHT_M = 1.4
@@ -25,7 +24,7 @@ CAMERA_HEIGHT_M = 1.4
 
 READING = "mesh files"
 """Names the reading of meshes in `Workbench.busy`."""
-MOST_FILES = 16
+MAX_FILES = 16
 """Meshes that are read at a time, a thread each: as many as one drops at once."""
 
 Point = Sequence[float]
@@ -46,7 +45,7 @@ class TwinEditing:
 
     @property
     def scanned(self) -> Mapping[str, Pose]:
-        """Where the scan has its objects."""
+        """The scan's poses of its objects."""
         return scanned_poses(self._bench.scene)
 
     def move(self, item: str = "", place: Point | None = None) -> None:
@@ -182,8 +181,8 @@ class TwinEditing:
         if not chosen:
             return
         file = Path(chosen)
-        if len(self._meshes) >= MOST_FILES:
-            raise EditError(f"{file.name}: {MOST_FILES} meshes are being read; add it after them")
+        if len(self._meshes) >= MAX_FILES:
+            raise EditError(f"{file.name}: {MAX_FILES} meshes are being read; add it after them")
         fallback = additions.COLOURS[len(self._document.twin.meshes) % len(additions.COLOURS)]
         job = MeshJob(
             file,

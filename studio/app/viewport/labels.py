@@ -1,4 +1,4 @@
-"""Where names stand over a picture so that each can be read: nearer ones keep their places."""
+"""Layout of names over a picture so that each can be read: nearer ones keep their places."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 GAP_PX = 1.0
 """Between a label and the one below it."""
 
-MOST_RISE = 3.0
+MAX_RISE = 3.0
 """A label rises by so many of its heights at most: farther from its owner, nobody knows whose it
 is, and it is left out."""
 
@@ -51,7 +51,7 @@ def spread(wanted: Sequence[Wanted], width_px: float, height_px: float) -> list[
     """Places for labels: none over another, none cut off by the picture's edge.
 
     The nearest one has its place. One that would cover another rises until it is above it; where it
-    would rise by more than `MOST_RISE` of its heights, or out of the picture, the farther one is
+    would rise by more than `MAX_RISE` of its heights, or out of the picture, the farther one is
     left out. What is named outside the picture has no label.
 
     Args:
@@ -69,7 +69,7 @@ def spread(wanted: Sequence[Wanted], width_px: float, height_px: float) -> list[
         left = min(max(label.x_px - 0.5 * label.width_px, 0.0), width_px - label.width_px)
         aim = min(label.bottom_px, height_px) - label.height_px
         top = _free_top(label, left, aim, taken)
-        if top < 0 or aim - top > MOST_RISE * label.height_px:
+        if top < 0 or aim - top > MAX_RISE * label.height_px:
             continue
         taken.append((left, top, left + label.width_px, top + label.height_px))
         found.append(Placed(number, left, top, is_raised=top < aim))

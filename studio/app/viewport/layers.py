@@ -22,7 +22,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Result(Generic[T]):
-    """What a thread has made of something; or why not."""
+    """Result of a thread; or why there is none."""
 
     source: object
     value: T | None
@@ -87,7 +87,7 @@ class Layers:
 
     @property
     def shown(self) -> Shown:
-        """Which layers the user wants."""
+        """Layers that the user wants."""
         return Shown.of(self._bench.settings.layers)
 
     @property
@@ -96,7 +96,7 @@ class Layers:
         return self._errors.value if self.shown.errors else None
 
     def shapes(self) -> list[Shape]:
-        """What is wanted and there."""
+        """Return the shapes that are wanted and ready."""
         found: list[Shape] = []
         if self.errors is not None:
             found.append(self.errors.squares)

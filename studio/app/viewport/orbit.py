@@ -18,7 +18,7 @@ ZOOM_PER_STEP = 0.88
 
 @dataclass(frozen=True, slots=True)
 class Orbit:
-    """Where the viewer is.
+    """Pose of the viewer: target, direction and distance.
 
     Attributes:
         target: what the viewer looks at, world metres.

@@ -27,7 +27,7 @@ LAYERS = {
     "covariance": "Uncertainty of poses",
     "errors": "Tracking error on the floor",
 }
-"""What each layer of `Shown` is called."""
+"""Titles of the layers of `Shown`."""
 
 
 class SmallPictures(Protocol):
@@ -47,7 +47,7 @@ class SmallPictures(Protocol):
 
 
 class Views(Protocol):
-    """What these actions need of the views."""
+    """The views, as these actions use them."""
 
     bench: Workbench
     views: list[TwinView]
@@ -70,11 +70,12 @@ class Views(Protocol):
 
 def add_view_actions(grid: Views) -> None:
     """Add what concerns the view in hand."""
-    for action in [*_moving(grid), *_tools(grid), *_drawn(grid), *_pictures(grid)]:
-        grid.bench.actions.add(action)
+    for actions_of in (_looking, _arranging, _tools, _drawn, _pictures):
+        for action in actions_of(grid):
+            grid.bench.actions.add(action)
 
 
-def _moving(grid: Views) -> list[Action]:
+def _looking(grid: Views) -> list[Action]:
     def mode(name: str = "") -> None:
         viewer = grid.active.viewer
         if not name and viewer is not None:
@@ -98,13 +99,6 @@ def _moving(grid: Views) -> list[Action]:
         if viewer is not None:
             target = Orbit((x, y, z), math.radians(yaw_deg), math.radians(pitch_deg), away)
             grid.active.set_viewer(replace(viewer, orbit=target, mode="orbit"))
-
-    def link() -> None:
-        grid.is_linked = not grid.is_linked
-        grid.bench.say("info", "views are linked" if grid.is_linked else "views are free")
-
-    def shows(count: int) -> Callable[[], bool]:
-        return lambda: len(grid.views) == count
 
     return [
         Action(
@@ -150,6 +144,18 @@ def _moving(grid: Views) -> list[Action]:
             look,
             arguments=("x", "y", "z", "yaw_deg", "pitch_deg", "away"),
         ),
+    ]
+
+
+def _arranging(grid: Views) -> list[Action]:
+    def link() -> None:
+        grid.is_linked = not grid.is_linked
+        grid.bench.say("info", "views are linked" if grid.is_linked else "views are free")
+
+    def shows(count: int) -> Callable[[], bool]:
+        return lambda: len(grid.views) == count
+
+    return [
         Action(
             "view.count",
             "Number of views",

@@ -1,4 +1,4 @@
-"""What is painted over a view in the window's own pixels: handles, labels, measures, words."""
+"""Overlay of a view in the window's own pixels: handles, labels, measures, words."""
 
 from __future__ import annotations
 

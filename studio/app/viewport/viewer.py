@@ -1,4 +1,4 @@
-"""Where one view is seen from: orbiting, walking, or through somebody's eyes."""
+"""Viewpoint of one view: orbiting, walking, or through somebody's eyes."""
 
 from __future__ import annotations
 
@@ -88,6 +88,6 @@ class Viewer:
 
 
 def object_eyes(world_from_object: Pose, height_m: float) -> Pose:
-    """What an object would see: ahead along its +x, from above its top."""
+    """Return the eyes of an object: ahead along its +x, from above its top."""
     eye = world_from_object @ np.array([0.0, 0.0, height_m + OBJECT_EYES_M])
     return look_at(eye, eye + world_from_object.rotation @ np.array([1.0, 0.0, -0.2]))

@@ -1,4 +1,4 @@
-"""Where a visitor may stand in a scene: the floor that is free of what never moves."""
+"""Floor on which a visitor may stand in a scene: free of what never moves."""
 
 from __future__ import annotations
 

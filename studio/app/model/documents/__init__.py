@@ -1,1 +1,1 @@
-"""What is edited, and how it is kept, restored and dropped in."""
+"""Documents: edited, kept, restored and dropped in."""

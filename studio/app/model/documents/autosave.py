@@ -43,7 +43,7 @@ NAME = re.compile(rf"{STEM}(?P<pid>\d+)(?:-(?P<begun>\d+)-\d+)?")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Recovered:
-    """What a crashed studio left behind.
+    """A document that a crashed studio left behind.
 
     Attributes:
         document: as of its last change.
@@ -116,7 +116,7 @@ class Autosave:
 
 
 def recoverable(folder: Path) -> list[Recovered]:
-    """What crashed studios have left in the folder, newest first; damaged files stay untouched."""
+    """Return what crashed studios left in a folder, newest first; damaged files stay untouched."""
     found: list[Recovered] = []
     for path in folder.glob(f"{STEM}*{SUFFIX}"):
         name = NAME.fullmatch(path.stem)

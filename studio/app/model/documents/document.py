@@ -1,4 +1,4 @@
-"""What a user edits: a scene, what happens in it, and what was put into the twin by hand."""
+"""The document that a user edits: a scene, its scenario, and changes of the twin by hand."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class Marker:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TwinEdits:
-    """What was changed in the twin by hand, by id.
+    """Changes of the twin by hand, by id.
 
     Attributes:
         poses: `world_from_object` of objects that were moved.
@@ -86,7 +86,7 @@ class TwinEdits:
 
 @dataclass(frozen=True, slots=True)
 class TrackerChoice:
-    """Which tracker follows the objects in the next session, and how.
+    """Tracker of the next session, with its settings.
 
     Attributes:
         name: of a built-in one, or of a plug-in's.
@@ -147,7 +147,7 @@ def hand_state(twin: TwinEdits) -> SceneState:
 
 
 def composed(base: SceneState | None, twin: TwinEdits) -> SceneState:
-    """What is shown: a session's or recording's state with what was added by hand.
+    """Compose the shown state: a session's or recording's, with what was added by hand.
 
     Objects are where the session has them; without one, where they were put by hand.
     """
@@ -163,7 +163,7 @@ def composed(base: SceneState | None, twin: TwinEdits) -> SceneState:
 
 
 def shown_pose(state: SceneState, item_id: str, world_from_item: Pose) -> Pose:
-    """Where a body or mesh is now: where the running physics has it, else where it was put."""
+    """Return the pose of a body or mesh: of the running physics, else as it was put."""
     moving = state.objects.get(item_id)
     return world_from_item if moving is None else moving.world_from_object
 

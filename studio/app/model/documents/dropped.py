@@ -1,4 +1,4 @@
-"""What a dropped file or folder is, and which action opens it."""
+"""Kinds of dropped files and folders, and the action that opens each."""
 
 from __future__ import annotations
 

@@ -76,7 +76,7 @@ class LiveJob(SceneJob):
         self.live: LiveSession | None = None
         self.report: Path | None = None
         self.checks: Sequence[Check] = ()
-        """What was found last."""
+        """The last findings."""
         self.found: Slot[Sequence[Check]] = Slot()
         """The same, until somebody has taken it."""
         self._options = options

@@ -60,9 +60,9 @@ class SceneJob:
         self.performance: Performance | None = None
         self.failure: BaseException | None = None
         self.last_words = ""
-        """What is said at its end; empty for the usual words."""
+        """Words at its end; empty for the usual ones."""
         self.recording: Path | None = None
-        """What it has recorded, where that is not beside the performance's figures."""
+        """Its recording, where that is not beside the performance's figures."""
         self._plan, self._out, self._watch = plan, out, watch
         self.scene = scene
         self._keeps, self._trains_again = keeps, trains_again

@@ -1,1 +1,1 @@
-"""What plays in the window: a rehearsal or recording, or a live session."""
+"""Sessions that play in the window: a rehearsal, a recording, or a live session."""

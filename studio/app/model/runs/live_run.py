@@ -19,10 +19,10 @@ if TYPE_CHECKING:  # what a session needs takes a second to import: not before t
     from studio.live.setup import LiveSetup
 
 DEFAULT_CAMERA = "rtmp://:1935/live/room"
-"""Where the studio listens when nothing is said: any camera's app can push there."""
+"""Default address: any camera's app can push there."""
 
 SIMULATED_CAMERA = "rtmp://127.0.0.1:0/live/room"
-"""Where a simulated camera pushes to: any free port of this machine."""
+"""Address that a simulated camera pushes to: any free port of this machine."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +43,7 @@ class LiveChoice:
 
 
 class Step(StrEnum):
-    """What the one button does next; its words."""
+    """Next step of the one button; its words."""
 
     CHECK = "Check and connect"
     OPENING = "Opening the room …"
@@ -57,11 +57,11 @@ class Step(StrEnum):
 
 
 NO_STEP = frozenset({Step.OPENING, Step.GOES_LIVE, Step.ENDING})
-"""Where the next step comes by itself."""
+"""Steps after which the next one comes by itself."""
 
 
 class Plays(Protocol):
-    """What plays the jobs; `SessionRun` is the one there is."""
+    """Player of the jobs; `SessionRun` is the one there is."""
 
     @property
     def out(self) -> Path:
@@ -74,7 +74,7 @@ class Plays(Protocol):
 
     @property
     def job(self) -> SceneJob | None:
-        """What runs or ran last."""
+        """The job that runs or ran last."""
         ...
 
     @property
@@ -109,7 +109,7 @@ class LiveRun:
         self.layout: LensLayout | None = None
         """The layout that a person looks at before it is confirmed; None for the found one."""
         self.plan: LivePlan | None = None
-        """What more was asked for where the window was opened, such as a scenario."""
+        """Wishes given when the window was opened, such as a scenario."""
         self._bench, self._run = bench, run
         self._base: LiveSetup | None = None
         self._goes_live = False
@@ -118,7 +118,7 @@ class LiveRun:
 
     @property
     def job(self) -> LiveJob | None:
-        """What plays or was played last; None before, or after something else was played."""
+        """The live job that plays or played last; None before, or after another kind of job."""
         job = self._run.job
         return job if isinstance(job, LiveJob) else None
 
@@ -136,7 +136,7 @@ class LiveRun:
 
     @property
     def step(self) -> Step:
-        """What comes next."""
+        """The next step."""
         job = self.job
         if job is None or not job.running:
             return Step.CHECK

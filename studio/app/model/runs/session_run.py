@@ -27,7 +27,7 @@ if TYPE_CHECKING:  # what a session needs takes a second to import: not before t
 
 
 class SessionRun:
-    """What is opened or played. One at a time; `poll` is called by the window's timer.
+    """Opens scenes and plays sessions, one at a time; `poll` is called by the window's timer.
 
     Args:
         bench: what it reports to.
@@ -65,7 +65,7 @@ class SessionRun:
 
     @property
     def job(self) -> SceneJob | None:
-        """What runs or ran last."""
+        """The job that runs or ran last."""
         return self._job
 
     @property

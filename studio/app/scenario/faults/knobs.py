@@ -1,8 +1,9 @@
-"""What goes wrong, as knobs: a box a fault, with the tracker's errors of a trial beside them."""
+"""Faults as knobs: a box a fault, with the tracker's errors of a trial beside them."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import (
@@ -20,11 +21,89 @@ from studio.app.model.documents.arranged import arranged_text
 from studio.app.model.workbench import Topic, Workbench
 from studio.app.scenario.faults.error_bars import ErrorBars
 from studio.app.scenario.faults.plugin_faults import fault_fields, title_of
-from studio.app.scenario.faults.row import FaultRow
 from studio.app.scenario.faults.trial import TrialPlan, TrialResult, Trials
-from studio.app.scenario.fields import FAULT_FIELDS
+from studio.app.scenario.fields import FAULT_FIELDS, Field
+from studio.app.scenario.form import form_of
 from studio.app.scenario.text.editing import ScenarioEditing
-from studio.app.scenario.text.edits import faults_of
+from studio.app.scenario.text.edits import FaultLine, faults_of
+
+
+class FaultRow(QWidget):
+    """The row.
+
+    Args:
+        bench: whose actions it calls.
+        name: of the fault.
+        index: among those of its name.
+        title: what people read.
+        fields: of its form.
+    """
+
+    def __init__(
+        self, bench: Workbench, name: str, index: int, *, title: str, fields: tuple[Field, ...]
+    ) -> None:
+        super().__init__()
+        self.name, self.index = name, index
+        self._bench, self._fields = bench, fields
+        self._form: QWidget | None = None
+        self._shown: FaultLine | None = None
+        self._names: list[str] = []
+        self.box = QCheckBox(title + (f" ({index + 1})" if index else ""))
+        self.box.clicked.connect(self._switch)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 4)
+        layout.setSpacing(2)
+        layout.addWidget(self.box)
+
+    def show_line(
+        self, line: FaultLine | None, *, objects: tuple[str, ...], people: tuple[str, ...]
+    ) -> None:
+        """Show the fault as it is written; None if it is not. What has the focus stays as it is."""
+        self.box.setChecked(line is not None)
+        self.setVisible(line is not None or self.index == 0)
+        names = [self._bench.name_of(each) for each in (*objects, *people)]
+        is_same = self._shown is not None and line is not None and self._shown.values == line.values
+        is_same = is_same and names == self._names
+        self._shown, self._names = line, names
+        if is_same or (line is not None and self._is_focused()):
+            return
+        if self._form is not None:
+            self._form.hide()
+            self._form.deleteLater()
+            self._form = None
+        if line is None:
+            return
+        self._form = form_of(
+            self._fields,
+            line.values,
+            objects=objects,
+            people=people,
+            name=self._bench.name_of,
+            changed=self._change,
+            sliders=True,
+        )
+        margins = self._form.contentsMargins()
+        self._form.setContentsMargins(22, margins.top(), 0, margins.bottom())
+        layout = self.layout()
+        assert layout is not None
+        layout.addWidget(self._form)
+
+    def _is_focused(self) -> bool:
+        focus = self.window().focusWidget()
+        return self._form is not None and focus is not None and self._form.isAncestorOf(focus)
+
+    def _switch(self, is_on: bool) -> None:
+        if is_on:
+            done = self._bench.do("scenario.add_fault", name=self.name)
+        else:
+            done = self._bench.do("scenario.remove_fault", name=self.name, index=self.index)
+        if not done:
+            self.box.setChecked(self._shown is not None)
+
+    def _change(self, key: str, value: Any) -> None:
+        values = {"name": self.name, "field": key, "value": value, "index": self.index}
+        self._bench.do("scenario.set_fault", **values)
+
 
 DEBOUNCE_MS = 700
 """After the last change of a knob before a trial begins."""
@@ -160,7 +239,7 @@ class FaultKnobs(QWidget):
             self._start.setText("Try now")
 
     def _show_state(self) -> None:
-        """What the figures are of, and whether that is still what the scenario says."""
+        """Show the faults that the figures are of, and whether the scenario still has them."""
         result = self._now
         if not self._tried:
             self.state.setText(NOTHING_TRIED)

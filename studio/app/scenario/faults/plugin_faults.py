@@ -20,7 +20,7 @@ def fault_fields(more: Mapping[str, type[Fault]]) -> Mapping[str, tuple[Field, .
 
 
 def title_of(name: str) -> str:
-    """What people read of a fault."""
+    """Return the title of a fault."""
     return FAULT_TITLES.get(name, name.replace("_", " ").capitalize())
 
 

@@ -42,7 +42,7 @@ class ObjectError:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrialResult:
-    """What a trial has come to so far.
+    """Result of a trial so far.
 
     Attributes:
         errors: by object.
@@ -62,7 +62,7 @@ class TrialResult:
 
 @dataclass(frozen=True, slots=True)
 class TrialPlan:
-    """What is tried.
+    """Plan of a trial.
 
     Attributes:
         scene: name or path.

@@ -18,7 +18,7 @@ PICTURE_PX = 640
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Backdrop:
-    """What a thread has found of a scene; what it has not is None or empty.
+    """Findings of a thread about a scene; what is missing is None or empty.
 
     Attributes:
         scene: whose.
@@ -53,7 +53,7 @@ class BackdropJob:
         self._task.start()
 
     def take(self) -> Backdrop | None:
-        """What was found since the last time."""
+        """Return the findings since the last call."""
         return self._found.take()
 
     @property

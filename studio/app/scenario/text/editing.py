@@ -62,12 +62,12 @@ class ScenarioEditing:
 
     @property
     def draft(self) -> str | None:
-        """What was typed and is no good scenario; None while there is nothing like that."""
+        """The typed text that is no good scenario; None while there is none."""
         return self.bench.document.draft
 
     @property
     def problem(self) -> str:
-        """What is wrong with the draft, with its key or line; empty without one."""
+        """Fault of the draft, with its key or line; empty without one."""
         draft, more = self.draft, self.more_faults
         if draft is None:
             return ""
@@ -82,7 +82,7 @@ class ScenarioEditing:
 
     @property
     def name(self) -> str:
-        """What the scenario is called."""
+        """Name of the scenario."""
         return self.bench.document.scenario_name or DEFAULT_SCENARIOS.get(self.room, "scenario")
 
     @property
@@ -95,7 +95,7 @@ class ScenarioEditing:
 
     @property
     def scenario(self) -> Scenario:
-        """What the last good text says.
+        """Scenario of the last good text.
 
         Raises:
             ScenarioError: it is of another program, or of a plug-in that is not there.
@@ -223,7 +223,7 @@ class ScenarioEditing:
         return parse_scenario(text, source=f"{self.name}.toml", more_faults=self.more_faults)
 
     def _problem_of(self, text: str, source: str) -> str:
-        """What is wrong with a text; empty if it is a scenario."""
+        """Return the fault of a text; empty if it is a scenario."""
         try:
             parse_scenario(text, source=source, more_faults=self.more_faults)
         except ScenarioError as error:

@@ -59,7 +59,7 @@ def values_of(text: str) -> dict[str, Any]:
 
 
 def person_index(text: str, person_id: str) -> int:
-    """Which of the people has an id.
+    """Return the index of the person with an id.
 
     Raises:
         EditError: nobody has.

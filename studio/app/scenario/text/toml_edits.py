@@ -289,7 +289,7 @@ def _in_style(before: Any, value: Any) -> str:
 
 
 def _comma_after(text: str, at: int) -> int | None:
-    """Where the comma is that follows an item, past spaces and comments; None without one."""
+    """Return the place of the comma after an item, past spaces and comments; None without one."""
     found = re.compile(r"(?:\s|#[^\n]*)*,").match(text, at)
     return None if found is None else found.end() - 1
 

@@ -1,4 +1,4 @@
-"""Where in a TOML text its values and tables stand, so that edits touch nothing else."""
+"""Places of values and tables in a TOML text, so that edits touch nothing else."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def parsed(text: str) -> Any:
 
 
 def item_at(document: Any, path: Path) -> Any:
-    """What stands at a path, or None."""
+    """Return the item at a path, or None."""
     found: Any = document
     for key in path:
         if isinstance(key, int):
@@ -73,7 +73,7 @@ def item_at(document: Any, path: Path) -> Any:
 
 
 def span_of(text: str, path: Path) -> Span:
-    """Where the value at a path is written.
+    """Return the span of the value at a path.
 
     It is replaced by a number in tomlkit's document; what is the same before and after that number
     in the text that tomlkit then writes is not the value.

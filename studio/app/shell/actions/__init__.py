@@ -1,1 +1,1 @@
-"""What the main window's menus and keys do, a file a subject."""
+"""Actions of the main window's menus and keys, a file a subject."""

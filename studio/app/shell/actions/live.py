@@ -20,7 +20,7 @@ Ask = Callable[[str, str, bool], str]
 
 
 class LiveActions:
-    """What the actions do.
+    """Actions of live sessions.
 
     Args:
         bench: whose actions they become.
@@ -221,7 +221,7 @@ class LiveActions:
             self._live.open_devices(Path(chosen))
 
     def listening_at(self) -> str:
-        """Where a camera may push to; empty where none can."""
+        """Return the address that a camera may push to; empty where none can."""
         session = self._live.session
         return "" if session is None else session.listening_at
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shlex
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QUrl
@@ -25,7 +26,7 @@ takes the answer."""
 def add_session_actions(bench: Workbench, run: SessionRun, ask_share: AskShare) -> None:
     """Add what the Session menu holds."""
     TrackerActions(bench, run).add()
-    _add_sharing(bench, run, ask_share)
+    SharingActions(bench, run, ask_share).add()
 
     def rehearse(
         out: str = "", seed: int | None = None, paced: bool = False, trains_again: bool = False
@@ -34,20 +35,6 @@ def add_session_actions(bench: Workbench, run: SessionRun, ask_share: AskShare) 
             bench.change(f"Seed {seed}", replace(bench.document, seed=int(seed)))
         place = Path(out) if out else None
         run.rehearse(out=place, is_paced=paced, trains_again=trains_again)
-
-    def command(
-        out: str = "", seed: int | None = None, paced: bool = False, trains_again: bool = False
-    ) -> str:
-        del trains_again  # the verb does it where it is needed
-        document = bench.document
-        words = ["nexus", "rehearse", document.scene]
-        if document.scenario:
-            words += ["--scenario", f"{document.scenario_name or 'scenario'}.toml"]
-        elif document.scenario_name:
-            words += ["--scenario", document.scenario_name]
-        words += ["--seed", str(document.seed if seed is None else seed)]
-        words += [*(["--out", out] if out else []), "--no-paper"]
-        return shlex.join(words + (["--paced"] if paced else []))
 
     def make_live(corners: list[list[float]], name: str = "") -> None:
         count = len(bench.state.surfaces) + 1
@@ -63,7 +50,7 @@ def add_session_actions(bench: Workbench, run: SessionRun, ask_share: AskShare) 
             "F5",
             ("out", "seed", "paced", "trains_again"),
             available=lambda: bench.scene is not None and not run.is_busy and not run.is_playing,
-            command=command,
+            command=partial(_rehearse_command, bench),
             icon="mdi6.play",
         ),
         Action(
@@ -89,85 +76,138 @@ def add_session_actions(bench: Workbench, run: SessionRun, ask_share: AskShare) 
         bench.actions.add(action)
 
 
-def _add_sharing(bench: Workbench, run: SessionRun, ask_share: AskShare) -> None:
-    def place_of(rehearsal: Path) -> Path:
-        return rehearsal.with_name(f"{rehearsal.name}-shared")
+def _rehearse_command(
+    bench: Workbench,
+    out: str = "",
+    seed: int | None = None,
+    paced: bool = False,
+    trains_again: bool = False,
+) -> str:
+    del trains_again  # the verb does it where it is needed
+    document = bench.document
+    words = ["nexus", "rehearse", document.scene]
+    if document.scenario:
+        words += ["--scenario", f"{document.scenario_name or 'scenario'}.toml"]
+    elif document.scenario_name:
+        words += ["--scenario", document.scenario_name]
+    words += ["--seed", str(document.seed if seed is None else seed)]
+    words += [*(["--out", out] if out else []), "--no-paper"]
+    return shlex.join(words + (["--paced"] if paced else []))
 
-    def shown() -> Path:
-        rehearsal = run.shown_rehearsal
+
+class SharingActions:
+    """Actions that share a rehearsal that was played or opened.
+
+    Args:
+        bench: gets the actions.
+        run: has the rehearsal, and hands it over.
+        ask_share: asks where to and what of it.
+    """
+
+    def __init__(self, bench: Workbench, run: SessionRun, ask_share: AskShare) -> None:
+        self._bench, self._run, self._ask_share = bench, run, ask_share
+
+    def add(self) -> None:
+        """Add them to the Session menu."""
+        for action in self._actions():
+            self._bench.actions.add(action)
+
+    def _shown(self) -> Path:
+        rehearsal = self._run.shown_rehearsal
         if rehearsal is None:
             raise ValueError("there is nothing to share yet: rehearse, or open a recording first")
         return rehearsal
 
-    def make(folder: str = "", out: str = "", parts: Sequence[str] | None = None) -> None:
-        rehearsal = Path(folder) if folder else shown()
-        run.handing.begin(rehearsal, reserved(Path(out) if out else place_of(rehearsal)), parts)
+    def make(self, folder: str = "", out: str = "", parts: Sequence[str] | None = None) -> None:
+        """Share a rehearsal, the shown one unless a folder is given, in a folder.
 
-    def ask() -> None:
-        rehearsal = shown()
+        Raises:
+            ValueError: there is nothing to share.
+        """
+        rehearsal = Path(folder) if folder else self._shown()
+        self._run.handing.begin(
+            rehearsal, reserved(Path(out) if out else _place_of(rehearsal)), parts
+        )
+
+    def ask(self) -> None:
+        """Ask where to and what of it, then share.
+
+        Raises:
+            ValueError: there is nothing to share.
+        """
+        rehearsal = self._shown()
 
         def share(out: Path, parts: Sequence[str]) -> None:
-            bench.do("share.make", folder=str(rehearsal), out=str(out), parts=list(parts))
+            self._bench.do("share.make", folder=str(rehearsal), out=str(out), parts=list(parts))
 
         size_mb = sum(f.stat().st_size for f in rehearsal.iterdir() if f.is_file()) / 1e6
-        ask_share(place_of(rehearsal), size_mb, share)
+        self._ask_share(_place_of(rehearsal), size_mb, share)
 
-    def command(folder: str = "", out: str = "", parts: Sequence[str] | None = None) -> str:
-        words = ["nexus", "share", folder or str(run.shown_rehearsal or run.out)]
+    def _command(self, folder: str = "", out: str = "", parts: Sequence[str] | None = None) -> str:
+        words = ["nexus", "share", folder or str(self._run.shown_rehearsal or self._run.out)]
         words += ["--out", out] if out else []
         return shlex.join(words + (["--only", *parts] if parts else []))
 
-    def show(*, is_folder: bool) -> None:
-        shared = run.handing.shared
+    def show(self, *, is_folder: bool) -> None:
+        """Show what was shared: its folder, or its first page.
+
+        Raises:
+            ValueError: nothing was shared.
+        """
+        shared = self._run.handing.shared
         if shared is None:
             raise ValueError("nothing was shared since the studio was opened")
         path = shared.folder if is_folder else shared.first
         QDesktopServices.openUrl(QUrl.fromLocalFile(str(path.absolute())))
 
-    def can_share() -> bool:
-        return run.shown_rehearsal is not None and not run.is_sharing
+    def _can_share(self) -> bool:
+        return self._run.shown_rehearsal is not None and not self._run.is_sharing
 
-    def is_shared() -> bool:
-        return run.handing.shared is not None
+    def _is_shared(self) -> bool:
+        return self._run.handing.shared is not None
 
-    for action in (
-        Action(
-            "share.ask",
-            "Share …",
-            "Session",
-            ask,
-            "choose where to and what: viewer, film, session sheet, archive",
-            "Ctrl+E",
-            available=can_share,
-            command=command,
-            icon="mdi6.export-variant",
-        ),
-        Action(
-            "share.make",
-            "Share in a folder",
-            "Session",
-            make,
-            "a viewer that opens offline in any browser, film, session sheet and archive",
-            arguments=("folder", "out", "parts"),
-            available=can_share,
-            command=command,
-        ),
-        Action(
-            SHOW,
-            "Show the folder that was shared",
-            "Session",
-            lambda: show(is_folder=True),
-            available=is_shared,
-        ),
-        Action(
-            OPEN,
-            "Open what was shared",
-            "Session",
-            lambda: show(is_folder=False),
-            available=is_shared,
-        ),
-    ):
-        bench.actions.add(action)
+    def _actions(self) -> tuple[Action, ...]:
+        return (
+            Action(
+                "share.ask",
+                "Share …",
+                "Session",
+                self.ask,
+                "choose where to and what: viewer, film, session sheet, archive",
+                "Ctrl+E",
+                available=self._can_share,
+                command=self._command,
+                icon="mdi6.export-variant",
+            ),
+            Action(
+                "share.make",
+                "Share in a folder",
+                "Session",
+                self.make,
+                "a viewer that opens offline in any browser, film, session sheet and archive",
+                arguments=("folder", "out", "parts"),
+                available=self._can_share,
+                command=self._command,
+            ),
+            Action(
+                SHOW,
+                "Show the folder that was shared",
+                "Session",
+                partial(self.show, is_folder=True),
+                available=self._is_shared,
+            ),
+            Action(
+                OPEN,
+                "Open what was shared",
+                "Session",
+                partial(self.show, is_folder=False),
+                available=self._is_shared,
+            ),
+        )
+
+
+def _place_of(rehearsal: Path) -> Path:
+    return rehearsal.with_name(f"{rehearsal.name}-shared")
 
 
 def project_command(bench: Workbench) -> str:

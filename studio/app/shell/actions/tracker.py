@@ -17,7 +17,7 @@ OPTIONS = tuple(field.name for field in fields(TrackerOptions))
 
 
 class TrackerActions:
-    """What the actions do.
+    """Actions of the tracker.
 
     Args:
         bench: whose document has the choice.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Protocol
@@ -17,11 +16,11 @@ from studio.app.model.runs.live_run import LiveRun
 from studio.app.model.script import read_script
 from studio.app.model.settings import TEXT_SCALES, THEMES
 from studio.app.model.workbench import Workbench
-from studio.app.shell.docks import DOCKS
+from studio.app.shell.docking.docks import DOCKS
 
 
 class Shell(Protocol):
-    """What these actions need of the window."""
+    """The window, as these actions use it."""
 
     def show_palette(self) -> None:
         """Show the command palette."""
@@ -83,33 +82,6 @@ def add_shell_actions(bench: Workbench, shell: Shell) -> None:
 
 
 def _edit(bench: Workbench) -> list[Action]:
-    def copy_script() -> None:
-        _to_clipboard("\n".join(bench.trace()) + "\n")
-        bench.say(
-            "info", f"copied {len(bench.trace())} steps: save them, nexus studio --script FILE"
-        )
-
-    def save_script(path: str) -> None:
-        Path(path).write_text("\n".join(bench.trace()) + "\n", encoding="utf-8")
-        bench.say("info", f"saved {path}: nexus studio --script {shlex.quote(path)}")
-
-    def copy_command(action: str = "") -> None:
-        live = bench.shared(LiveRun)
-        is_live = live is not None and live.is_running
-        action = action or ("live.next" if is_live else "session.rehearse")
-        command = bench.actions.get(action).command
-        if command is None:
-            lines = [line for line in bench.trace() if line.split()[0] == action]
-            text = lines[-1] if lines else action
-        else:
-            text = command()
-        _to_clipboard(text)
-        bench.say("info", f"copied: {text}")
-
-    def run_line(line: str) -> None:
-        for step in read_script(line, source="command"):
-            bench.perform(step.action_id, **step.values)
-
     return [
         Action(
             "edit.undo",
@@ -137,7 +109,7 @@ def _edit(bench: Workbench) -> list[Action]:
             "edit.copy_command",
             "Copy as command",
             "Edit",
-            copy_command,
+            partial(_copy_command, bench),
             "the command line that rehearses what is open, or an action's own",
             "Ctrl+Shift+C",
             ("action",),
@@ -146,14 +118,14 @@ def _edit(bench: Workbench) -> list[Action]:
             "script.copy",
             "Copy what I did as a script",
             "Edit",
-            copy_script,
+            partial(_copy_script, bench),
             "every action since the window opened",
         ),
         Action(
             "script.save",
             "Save what I did as a script",
             "Edit",
-            save_script,
+            partial(_save_script, bench),
             "played again by nexus studio --script FILE",
             arguments=("path",),
         ),
@@ -161,7 +133,7 @@ def _edit(bench: Workbench) -> list[Action]:
             "script.line",
             "Do a line of a script",
             "Edit",
-            run_line,
+            partial(_run_line, bench),
             "an action with its arguments",
             arguments=("line",),
         ),
@@ -169,19 +141,6 @@ def _edit(bench: Workbench) -> list[Action]:
 
 
 def _view(bench: Workbench, shell: Shell) -> list[Action]:
-    def theme(name: str = "") -> None:
-        other = THEMES[1 - THEMES.index(bench.settings.theme)]
-        if name and name not in THEMES:
-            raise ValueError(f"theme = {name!r}, wanted one of {', '.join(THEMES)}")
-        bench.set(theme=name or other)
-
-    def text(step: int = 0, scale: float | None = None) -> None:
-        place = TEXT_SCALES.index(bench.settings.text_scale)
-        wanted = TEXT_SCALES[min(max(place + step, 0), len(TEXT_SCALES) - 1)]
-        if scale is not None and scale not in TEXT_SCALES:
-            raise ValueError(f"scale = {scale!r}, wanted one of {TEXT_SCALES}")
-        bench.set(text_scale=wanted if scale is None else scale)
-
     def picture(path: str = "") -> None:
         shell.save_picture(Path(path or "studio.png"))
 
@@ -191,14 +150,13 @@ def _view(bench: Workbench, shell: Shell) -> list[Action]:
     def size(width: int, height: int) -> None:
         shell.resize_to(width, height)
 
-    def bigger(step: int) -> Callable[[], None]:
-        return lambda: text(step)
+    theme, text = partial(_set_theme, bench), partial(_set_text_scale, bench)
 
     return [
         Action("view.theme", "Dark or light", "View", theme, "", "Ctrl+Shift+L", ("name",)),
         Action("view.text", "Size of text", "View", text, "", arguments=("step", "scale")),
-        Action("view.text_bigger", "Bigger text", "View", bigger(1), "", "Ctrl++"),
-        Action("view.text_smaller", "Smaller text", "View", bigger(-1), "", "Ctrl+-"),
+        Action("view.text_bigger", "Bigger text", "View", partial(text, 1), "", "Ctrl++"),
+        Action("view.text_smaller", "Smaller text", "View", partial(text, -1), "", "Ctrl+-"),
         Action(
             "layout.save",
             "Save layout",
@@ -237,6 +195,50 @@ def _view(bench: Workbench, shell: Shell) -> list[Action]:
             "window.size", "Size of the window", "View", size, "", arguments=("width", "height")
         ),
     ]
+
+
+def _copy_script(bench: Workbench) -> None:
+    _to_clipboard("\n".join(bench.trace()) + "\n")
+    bench.say("info", f"copied {len(bench.trace())} steps: save them, nexus studio --script FILE")
+
+
+def _save_script(bench: Workbench, path: str) -> None:
+    Path(path).write_text("\n".join(bench.trace()) + "\n", encoding="utf-8")
+    bench.say("info", f"saved {path}: nexus studio --script {shlex.quote(path)}")
+
+
+def _copy_command(bench: Workbench, action: str = "") -> None:
+    live = bench.shared(LiveRun)
+    is_live = live is not None and live.is_running
+    action = action or ("live.next" if is_live else "session.rehearse")
+    command = bench.actions.get(action).command
+    if command is None:
+        lines = [line for line in bench.trace() if line.split()[0] == action]
+        text = lines[-1] if lines else action
+    else:
+        text = command()
+    _to_clipboard(text)
+    bench.say("info", f"copied: {text}")
+
+
+def _run_line(bench: Workbench, line: str) -> None:
+    for step in read_script(line, source="command"):
+        bench.perform(step.action_id, **step.values)
+
+
+def _set_theme(bench: Workbench, name: str = "") -> None:
+    other = THEMES[1 - THEMES.index(bench.settings.theme)]
+    if name and name not in THEMES:
+        raise ValueError(f"theme = {name!r}, wanted one of {', '.join(THEMES)}")
+    bench.set(theme=name or other)
+
+
+def _set_text_scale(bench: Workbench, step: int = 0, scale: float | None = None) -> None:
+    place = TEXT_SCALES.index(bench.settings.text_scale)
+    wanted = TEXT_SCALES[min(max(place + step, 0), len(TEXT_SCALES) - 1)]
+    if scale is not None and scale not in TEXT_SCALES:
+        raise ValueError(f"scale = {scale!r}, wanted one of {TEXT_SCALES}")
+    bench.set(text_scale=wanted if scale is None else scale)
 
 
 def _help(bench: Workbench, shell: Shell) -> list[Action]:

@@ -45,7 +45,7 @@ WHEEL_STEP = 120.0
 
 
 class Called(Protocol):
-    """What an object is called in a scene, by its id."""
+    """Gives the name of an object in a scene, by its id."""
 
     def __call__(self, item_id: str, *, scene: ScenePackage) -> str:
         """The name."""

@@ -1,4 +1,4 @@
-"""What a fork from the timeline plays, and the comparison of two runs: work for a thread."""
+"""Planning of a fork from the timeline, and the comparison of two runs: work for a thread."""
 
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ class _Asked:
 
 
 class Runs:
-    """What was forked and what is compared.
+    """Forks and comparisons of runs.
 
     Args:
         bench: whose session plays forks, and where it is said how it went.
@@ -58,6 +58,10 @@ class Runs:
         self._planning: Task[PlannedFork] | None = None
         self._asked: _Asked | None = None
         self._comparing: Task[TwoRuns] | None = None
+        self._compared_folders: tuple[Path, Path] | None = None
+        """Folders of the comparison that is running."""
+        self._next_folders: tuple[Path, Path] | None = None
+        """Folders to compare after those."""
         self._writing: Task[Path] | None = None
         self._pair: tuple[Path, Path] | None = None
         """Folders of the original and of its fork."""
@@ -102,16 +106,23 @@ class Runs:
     def compare(self, a: str = "", b: str = "") -> None:
         """Compare two folders; without any, the last fork with what it comes from.
 
+        While a comparison is running, another pair waits for its end, the last that was asked for.
+
         Raises:
-            ValueError: there was no fork, or two runs are being compared already.
+            ValueError: there was no fork.
         """
         if not (a and b) and self._pair is None:
             raise ValueError("compare: fork a recording first, or name the folders a and b")
-        if self._comparing is not None:
-            raise ValueError("compare: two runs are being compared already")
         pair = (Path(a), Path(b)) if a and b else self._pair
         assert pair is not None
-        self._comparing = comparing(*pair)
+        if self._comparing is None:
+            self._compared_folders, self._comparing = pair, comparing(*pair)
+        elif pair == self._compared_folders:
+            self._next_folders = None
+            self.bench.say("info", "compare: these two runs are being compared already")
+        else:
+            self._next_folders = pair
+            self.bench.say("info", "compare: begins when the comparison before it has ended")
 
     def write_page(self) -> None:
         """Begin to write the comparison as a page."""
@@ -130,6 +141,9 @@ class Runs:
             self.bench.say("error", task.problem or "the runs cannot be compared")
         else:
             self.compared = task.result
+        if self._next_folders is not None:
+            pair, self._next_folders = self._next_folders, None
+            self._compared_folders, self._comparing = pair, comparing(*pair)
         return task.result
 
     def _poll_fork(self) -> None:

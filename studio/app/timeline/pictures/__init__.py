@@ -1,1 +1,1 @@
-"""What the camera and live surfaces showed at any instant of a recording."""
+"""Pictures of the camera and of live surfaces at any instant of a recording."""

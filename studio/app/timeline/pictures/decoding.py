@@ -18,7 +18,7 @@ from studio.app.timeline.recorded.index import Packets
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shown:
-    """What a packet shows.
+    """Picture of a packet.
 
     Attributes:
         t_ns: when it was taken.

@@ -1,4 +1,4 @@
-"""What live surfaces showed at an instant of a recording: made anew of its pictures."""
+"""Pictures of live surfaces at an instant of a recording: made anew of its camera's."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class LiveReplay:
     def at(
         self, t_ns: int, taken_ns: int, images: tuple[NDArray[np.uint8], ...]
     ) -> tuple[LivePicture, ...]:
-        """What they show at an instant.
+        """Return their pictures at an instant.
 
         Args:
             t_ns: the instant: where objects and surfaces are.

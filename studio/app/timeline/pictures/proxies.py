@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from scenes.workers.child_process import ChildProcess
 from scenes.workers.task import Task
-from studio.app.timeline.pictures.proxy_file import MOST_BYTES, ProxyFile, is_whole, proxy_folder
+from studio.app.timeline.pictures.proxy_file import MAX_BYTES, ProxyFile, is_whole, proxy_folder
 from studio.app.timeline.pictures.reader import EARLY_PACKETS
 from studio.app.timeline.recorded.index import RecordingIndex
 
@@ -37,7 +37,7 @@ PROCESS = (
     f"import sys; sys.path.insert(0, {str(_ROOT)!r}); "
     "from studio.app.timeline.pictures.proxy_process import main; main()",
 )
-"""What is run; only what decodes is imported."""
+"""Command that is run; only what decodes is imported."""
 
 
 def proxies_of(index: RecordingIndex) -> Proxies | None:
@@ -79,7 +79,7 @@ class Proxies:
         *,
         begin_after_s: float = BEGIN_AFTER_S,
         side_px: int = SIDE_PX,
-        most_bytes: int = MOST_BYTES,
+        most_bytes: int = MAX_BYTES,
     ) -> None:
         self.problem = ""
         self._arguments = (str(recording), topic, str(folder), str(side_px), str(most_bytes))

@@ -25,10 +25,10 @@ SUFFIX = ".proxies"
 END = 0xFFFFFFFF
 _HEAD = struct.Struct("<IqII")
 
-MOST_JPEG_BYTES = 1 << 22
+MAX_JPEG_BYTES = 1 << 22
 """A larger record is damage: the reduced picture without any compression has 0.7 MB."""
 
-MOST_BYTES = 2 << 30
+MAX_BYTES = 2 << 30
 """Of all files together, chosen: five minutes of noise at ten pictures a second, the worst there is
 to compress, take 0.35 GB. The files that were used longest ago are removed first."""
 
@@ -43,13 +43,13 @@ QUALITY = 80
 
 
 def proxy_folder() -> Path:
-    """Where the files are: in NEXUS_HOME where that is set, else in the user's cache."""
+    """Return the folder of the files: in NEXUS_HOME where that is set, else in the user's cache."""
     named = os.environ.get("NEXUS_HOME")
     home = Path(named) if named else Path(platformdirs.user_cache_dir("gaussiannexus-studio"))
     return home / "timeline-pictures"
 
 
-def make_room(folder: Path, *, keep: Path | None, most_bytes: int = MOST_BYTES) -> None:
+def make_room(folder: Path, *, keep: Path | None, most_bytes: int = MAX_BYTES) -> None:
     """Remove what nobody will finish, and the files used longest ago until the rest fits.
 
     Args:
@@ -202,7 +202,7 @@ class ProxyFile:
             place = self._end + _HEAD.size
             if number == END:
                 return
-            if not 0 < length <= MOST_JPEG_BYTES:
+            if not 0 < length <= MAX_JPEG_BYTES:
                 self.is_damaged = True
             if place + length > size:
                 return

@@ -39,7 +39,7 @@ class PictureThread:
     ) -> None:
         self.pictures: Slot[PictureAt] = Slot()
         self.live: Slot[tuple[LivePicture, ...]] = Slot()
-        """What live surfaces show at the time that was asked for last."""
+        """Pictures of live surfaces at the time that was asked for last."""
         self.problems: Slot[str] = Slot()
         self._index = index
         self._proxies = proxies

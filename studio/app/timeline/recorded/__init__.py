@@ -1,1 +1,1 @@
-"""What a recording holds, read once, at any instant."""
+"""Content of a recording, read once, at any instant."""

@@ -1,4 +1,4 @@
-"""What is known of a recording after one pass: the room at any instant without reading it again."""
+"""Index of a recording after one pass: the room at any instant without reading it again."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Changes(Generic[T]):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Packets:
-    """Where the pictures of one camera are; the packets themselves stay in the file.
+    """Places of one camera's pictures; the packets themselves stay in the file.
 
     Attributes:
         topics: that they have in the recording, one a track.

@@ -33,11 +33,11 @@ from studio.app.timeline.recorded.index import Changes, Packets, RecordingIndex
 
 T = TypeVar("T")
 
-MOST_NUMBERS = 64 * 1024**2
+MAX_NUMBERS = 64 * 1024**2
 """Numbers that are kept of a recording, chosen: 512 MB, an hour of five objects and two people with
 hands at 30 frames a second. What comes later is not shown."""
 
-MOST_EVENTS = 100_000
+MAX_EVENTS = 100_000
 """Events that are kept: a lost frame is one."""
 
 VIDEO = "foxglove.CompressedVideo"
@@ -51,7 +51,7 @@ def read_index(
     *,
     progress: Callable[[float], None] = lambda _share: None,
     cancelled: threading.Event | None = None,
-    most_numbers: int = MOST_NUMBERS,
+    most_numbers: int = MAX_NUMBERS,
 ) -> RecordingIndex | None:
     """Read a recording once.
 
@@ -59,7 +59,7 @@ def read_index(
         path: an MCAP recording.
         progress: is given the share that is done, 0..1.
         cancelled: set it from another thread to stop.
-        most_numbers: limit of what is kept, see `MOST_NUMBERS`.
+        most_numbers: limit of what is kept, see `MAX_NUMBERS`.
 
     Returns:
         The index, or None if it was cancelled.
@@ -95,7 +95,7 @@ def read_index(
 
 
 class _Building:
-    """What has been read so far.
+    """The part of an index that has been read so far.
 
     Args:
         shown: name of the method whose tracks are the room's; empty takes the first that comes.
@@ -147,7 +147,7 @@ class _Building:
             self._annotations[line.annotation_id].append((value.t_ns, line))
             self._changes_ns.append(value.t_ns)
             self.numbers += line.points_in_world.size
-        elif isinstance(value, Event) and len(self._events) < MOST_EVENTS:
+        elif isinstance(value, Event) and len(self._events) < MAX_EVENTS:
             self._events.append(value)
 
     def _take_packet(self, encoded: Encoded) -> None:

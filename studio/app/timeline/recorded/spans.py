@@ -60,7 +60,7 @@ def state_spans(rows: Rows, *, end_ns: int) -> list[StateSpan]:
 
 
 def fault_spans(index: RecordingIndex) -> list[FaultSpan]:
-    """What went wrong when, as the recording's scenarios say; what the truth names is added.
+    """Return spans of faults, of the recording's scenarios and of what the truth names.
 
     A scenario of another version of the program that cannot be read adds nothing.
     """

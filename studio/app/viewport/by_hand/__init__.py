@@ -1,1 +1,1 @@
-"""What the mouse does to the room."""
+"""Picking, dragging and tools of the mouse in a view."""

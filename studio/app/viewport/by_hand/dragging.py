@@ -1,4 +1,4 @@
-"""What the mouse has hold of in a view: a handle, a corner of a live surface, or an object."""
+"""Drags in a view: of a handle, a corner of a live surface, or an object."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ MOVING: tuple[Handle, ...] = ("x", "y", "z", "floor")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Aim:
-    """Where the mouse points.
+    """Place of the mouse in a picture of the room.
 
     Attributes:
         x_px, y_px: in the picture.

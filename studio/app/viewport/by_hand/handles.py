@@ -1,4 +1,4 @@
-"""What can be taken hold of in a view: the selected item's gizmo, a live surface's corners."""
+"""Handles in a view: the selected item's gizmo, a live surface's corners."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ def handles_of(
 def taken(
     bench: Workbench, handles: Handles, *, at_px: tuple[float, float], merge: str
 ) -> Drag | None:
-    """What a press of the left button takes hold of: a corner, a handle, or nothing.
+    """Return the drag that a press of the left button begins: of a corner, a handle, or none.
 
     Args:
         bench: whose item it is.

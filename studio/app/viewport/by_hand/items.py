@@ -1,4 +1,4 @@
-"""What can be selected and moved in a view, and where it is now."""
+"""Items that can be selected and moved in a view, with their poses."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from studio.app.viewport.by_hand.picking import Boxes
 
 CAMERA_BOX_M = (0.2, 0.2, 0.2)
 PERSON_BOX_M = (0.5, 0.5, 1.8)
-"""What stands for the extent of a placed camera and of a person when they are picked, metres."""
+"""Boxes of a placed camera and of a person for picking, metres."""
 
 
 def pose_of(bench: Workbench, item_id: str) -> Pose | None:

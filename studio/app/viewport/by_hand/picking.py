@@ -1,4 +1,4 @@
-"""What is under a pixel: an object, a body, or a place in the room."""
+"""Picking by a pixel: an object, a body, or a place in the room."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Boxes = Mapping[str, tuple[Pose, tuple[float, float, float]]]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pick:
-    """What was picked.
+    """The item or place that was picked.
 
     Attributes:
         item_id: of the object or body; "" is the room.
@@ -75,7 +75,7 @@ def pick(
     x_px: float,
     y_px: float,
 ) -> Pick | None:
-    """What a pixel shows: the smallest box that holds the place, else the room; None: nothing."""
+    """Pick what a pixel shows: the smallest box that holds the place, else the room, or None."""
     point = point_at(depth, camera, world_from_camera, x_px, y_px)
     if point is None:
         return None

@@ -1,4 +1,4 @@
-"""What a click or drag in a view means: the tools, and what each has in hand."""
+"""Tools of a view, and the clicks that each has in hand."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ HINTS: dict[Tool, str] = {
     Tool.DRAW: "click places to draw a line through; Enter keeps it, Esc drops it",
     Tool.SURFACE: "click a flat surface's four corners, top left first; Esc leaves",
 }
-"""What to do with each, shown over the view."""
+"""Hint for each, shown over the view."""
 
 ICONS: dict[Tool, str] = {
     Tool.SELECT: "mdi6.cursor-default-outline",

@@ -1,1 +1,1 @@
-"""What a view shows, to pixels."""
+"""Drawing of views, to pixels."""

@@ -1,4 +1,4 @@
-"""What objects collide with, as a mesh to draw: a scan's collision mesh, or a room's boxes."""
+"""Collision mesh of a scan, or a room's boxes, as a mesh to draw."""
 
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ NO_OPENGL = (
     "no OpenGL here: people, notes, bodies and meshes are drawn as outlines; install libegl1 and "
     "libgl1-mesa-dri and open the studio again"
 )
-"""What works without it, and what to do."""
+"""Hint about what works without it, and what to do."""
 
 
 class NoOpenGLError(RuntimeError):
@@ -37,7 +37,7 @@ class NoOpenGLError(RuntimeError):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MeshPicture:
-    """What VTK has drawn.
+    """Picture that VTK has drawn.
 
     Attributes:
         rgba: (H, W, 4) uint8, alpha 0 where nothing is.

@@ -18,19 +18,19 @@ from studio.app.viewport.drawing.shapes import Line, Shape, Solid, Squares, Surf
 Edges = NDArray[np.float64]
 """(N, 2, 3): both ends of each, metres."""
 
-MOST_EDGES = 16_000
+MAX_EDGES = 16_000
 """Of one mesh; of more, an even choice is drawn. A mesh of 16 000 takes 13 ms of a picture of
 960 × 540, a scanned room's with bodies 31 ms (2 cores, other work beside it); 6000 take half as
 long, and on a scanned room's walls are too few to be read as a surface."""
 
-MOST_KEPT = 16
+MAX_KEPT = 16
 """Meshes whose edges are kept, 0.26 MB each: more than a room usually has."""
 
-PIECE_M, MOST_PIECES = 0.25, 24
+PIECE_M, MAX_PIECES = 0.25, 24
 """Edges are parted into pieces about so long, metres, and so many at most: each is hidden alone."""
 
 NEAR_M = 0.05
-"""What is nearer is cut off, metres: as with OpenGL."""
+"""Near plane, metres: as with OpenGL."""
 
 BEHIND_M = 0.05
 """How far behind the room's splats an edge still shows, metres: a collision mesh lies in them, off
@@ -91,7 +91,7 @@ class Outlines:
                 world = (shape.world_from_body @ ends.reshape(-1, 3)).reshape(-1, 2, 3)
                 return [(world, surface_colour(mesh))]
             case Squares():
-                corners = shape.corners[:MOST_EDGES]
+                corners = shape.corners[:MAX_EDGES]
                 sides = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2)
                 return list(zip(sides, shape.colours, strict=False))
         return [(edges.astype(np.float64), np.asarray(shape.colour, dtype=np.float64))]
@@ -100,13 +100,13 @@ class Outlines:
         with self._lock:  # views draw on threads of their own
             found = self._kept.get(id(mesh))  # what is kept stays alive: its id is nobody else's
             if found is None:
-                while len(self._kept) >= MOST_KEPT:
+                while len(self._kept) >= MAX_KEPT:
                     del self._kept[next(iter(self._kept))]
                 found = self._kept[id(mesh)] = (mesh, mesh_edges(faces))
             return found[1]
 
 
-def mesh_edges(faces: NDArray[np.integer], most: int = MOST_EDGES) -> NDArray[np.int64]:
+def mesh_edges(faces: NDArray[np.integer], most: int = MAX_EDGES) -> NDArray[np.int64]:
     """(N, 2) numbers of vertices: each edge of triangles (F, 3) once, `most` at most."""
     sides = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     low, high = np.sort(sides.astype(np.int64), axis=1).T
@@ -167,7 +167,7 @@ def _before_camera(ends: Edges) -> Edges:
 def _parted(ends: Edges) -> Edges:
     """Edges in pieces, each short enough to be hidden alone."""
     length_m = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
-    count = np.clip(np.ceil(length_m / PIECE_M), 1, MOST_PIECES).astype(np.int64)
+    count = np.clip(np.ceil(length_m / PIECE_M), 1, MAX_PIECES).astype(np.int64)
     of = np.repeat(np.arange(len(ends)), count)
     place = np.arange(len(of)) - np.repeat(np.cumsum(count) - count, count)
     share = np.stack([place, place + 1], axis=1) / count[of][:, None]

@@ -11,7 +11,7 @@ REST_NS = 150_000_000
 """So long after the last move the view counts as resting."""
 
 FORGET = 0.98
-"""What an unused measurement shrinks by per picture, so that finer grades are tried again."""
+"""Factor of an unused measurement per picture, so that finer grades are tried again."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""What all views of a scene draw with: its prepared splats, and the thread that draws meshes.
+"""Drawing of a scene that all views share: its splats, and the thread that draws meshes.
 
 A view has a thread of its own for its pictures of splats; what costs memory or an OpenGL context
 is there once.

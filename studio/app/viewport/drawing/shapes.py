@@ -1,4 +1,4 @@
-"""What is drawn of a room beside its splats, as plain shapes: people, bodies, lines, cameras."""
+"""Plain shapes of a room beside its splats: people, bodies, lines, cameras."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ FRUSTUM_M = 0.35
 SIGMAS = 3.0
 """Radius of a covariance ellipsoid in standard deviations: 97 % of the mass in three dimensions."""
 
-LEAST_SIGMA_M = 0.004
+MIN_SIGMA_M = 0.004
 """A smaller ellipsoid would vanish inside the object, metres."""
 
 GREY: Colour = (0.6, 0.66, 0.74)
@@ -117,7 +117,7 @@ Shape = Solid | Line | Wire | Squares | Surface
 
 @dataclass(frozen=True, slots=True)
 class Shown:
-    """Which layers are drawn.
+    """Layers that are drawn.
 
     Attributes:
         labels: names and states over objects and people.
@@ -219,7 +219,7 @@ def avatar_shapes(avatar: Avatar) -> list[Shape]:
 
 
 def hand_shapes(avatar: Avatar) -> list[Shape]:
-    """What people see of themselves: hands and pointing ray."""
+    """Return the shapes that people see of themselves: hands and pointing ray."""
     key, colour, found = f"avatar {avatar.user_id}", _colour_of(avatar), list[Shape]()
     for i, hand in enumerate(avatar.hands):
         joints = np.atleast_2d(hand)
@@ -292,7 +292,7 @@ def _ellipsoids(state: SceneState) -> Iterator[Solid]:
         values, axes = np.linalg.eigh(0.5 * (covariance + covariance.T))
         if np.linalg.det(axes) < 0:
             axes = axes * (1, 1, -1)
-        sigma = np.sqrt(np.maximum(values, LEAST_SIGMA_M**2))
+        sigma = np.sqrt(np.maximum(values, MIN_SIGMA_M**2))
         x, y, z = (float(2 * SIGMAS * s) for s in sigma)
         r, g, b = STATE_COLOURS[track.state]
         place = Pose(axes, track.world_from_object.translation + np.array([0.0, 0.0, 0.02]))

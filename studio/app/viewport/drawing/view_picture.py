@@ -11,17 +11,45 @@ from numpy.typing import NDArray
 from scenes.cameras import Pinhole
 from scenes.pose import Pose
 from scenes.state import SceneState, TrackState
-from studio.app.viewport.drawing.composite import composite
+from studio.app.viewport.drawing.mesh_picture import MeshPicture
 from studio.app.viewport.drawing.pacing import FULL, Grade
 from studio.app.viewport.drawing.scene_drawing import SceneDrawing
 from studio.app.viewport.drawing.shapes import Shape
 from studio.view.overlay import STATE_COLOURS, draw_avatar, draw_footprint, draw_line
 from studio.view.surface_drawing import LivePicture
 
+TIE_M = 0.02
+"""A mesh that lies in a surface of splats is shown: a scan's surface is rough by about this."""
+
+
+def composite(
+    picture: NDArray[np.uint8], splat_depth: NDArray[np.float32], meshes: MeshPicture
+) -> None:
+    """Paint meshes over a picture of splats wherever they are nearer.
+
+    Args:
+        picture: (H, W, 3) RGB of the splats, painted on.
+        splat_depth: (H, W) metres along z, 0 where there is no splat.
+        meshes: of the same camera.
+    """
+    rows = np.flatnonzero(meshes.rgba[..., 3].any(axis=1))
+    if not len(rows):
+        return
+    columns = np.flatnonzero(meshes.rgba[..., 3].any(axis=0))
+    part = slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
+    before, depth = splat_depth[part], meshes.depth[part]
+    alpha = meshes.rgba[part][..., 3]
+    nearer = (alpha > 0) & ((before <= 0) | (depth < before + TIE_M))
+    if not nearer.any():
+        return
+    share = np.where(nearer, alpha, 0).astype(np.uint16)[..., None]
+    under, over = picture[part].astype(np.uint16), meshes.rgba[part][..., :3]
+    picture[part] = ((under * (255 - share) + over * share + 127) // 255).astype(np.uint8)
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class View:
-    """What to draw, seen from somewhere.
+    """The state to draw and the camera to draw it through.
 
     Attributes:
         state: of the room.
@@ -91,7 +119,7 @@ def scaled(camera: Pinhole, scale: float) -> Pinhole:
 
 
 def _footprints(picture: NDArray[np.uint8], view: View, drawing: SceneDrawing) -> None:
-    """Where objects stand that do not rest, in the colours of their states."""
+    """Draw the footprints of objects that do not rest, in the colours of their states."""
     boxes = {item.object_id: item.box_m for item in drawing.scene.objects}
     for key, track in view.state.objects.items():
         if track.state is not TrackState.STATIC and key in boxes:

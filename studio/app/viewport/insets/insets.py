@@ -19,9 +19,9 @@ from studio.app.viewport.drawing.scene_drawing import Drawings
 from studio.app.viewport.drawing.shapes import Shown, shapes_of
 from studio.app.viewport.drawing.view_picture import View
 from studio.app.viewport.insets.inset_painter import InsetPainter
-from studio.app.viewport.insets.layout import MOST, placed
+from studio.app.viewport.insets.layout import MAX_INSETS, placed
 from studio.app.viewport.insets.sources import eyes_of, sources_of, title_of
-from studio.app.viewport.view import FIELD_OF_VIEW
+from studio.app.viewport.seen_twin import FIELD_OF_VIEW
 from studio.app.viewport.view_overlay import BACKDROP, GROUND, INK, image_of
 
 SIZE_PX = (320, 180)
@@ -55,7 +55,7 @@ class Insets:
 
     @property
     def sources(self) -> tuple[str, ...]:
-        """Whose views are shown, in the order in which they were opened."""
+        """Sources of the shown pictures, in the order in which they were opened."""
         return tuple(self._shown)
 
     @property
@@ -87,7 +87,7 @@ class Insets:
         """Show a view beside those that are shown.
 
         Raises:
-            ValueError: there is nobody and nothing of that id, or `MOST` are shown.
+            ValueError: there is nobody and nothing of that id, or `MAX_INSETS` are shown.
         """
         bench = self._bench
         known = sources_of(bench.state, bench.document, bench.scene)
@@ -95,10 +95,10 @@ class Insets:
             raise ValueError(f"{source!r}: nobody sees that; wanted one of {', '.join(known)}")
         if source in self._shown:
             return
-        if len(self._shown) >= MOST:
+        if len(self._shown) >= MAX_INSETS:
             names = ", ".join(title_of(s, bench.document, bench.scene) for s in self._shown)
             raise ValueError(
-                f"{len(self._shown)} small pictures are shown ({names}), {MOST} at most: "
+                f"{len(self._shown)} small pictures are shown ({names}), {MAX_INSETS} at most: "
                 "close one by its ✕"
             )
         inset = Inset(self._over, close=lambda: self._bench.do("view.inset", source=source))
@@ -229,11 +229,11 @@ class Inset(QWidget):
 
     @property
     def words(self) -> str:
-        """What stands in it instead of a picture; "" where there is one."""
+        """Words in it instead of a picture; "" where there is one."""
         return "" if self._image is not None else self._words
 
     def name(self, title: str) -> None:
-        """Whose view it is, in words."""
+        """Set the title: whose view it is."""
         if title != self.title:
             self.title = title
             self.setAccessibleName(title)

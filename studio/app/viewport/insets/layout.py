@@ -1,10 +1,10 @@
-"""Where small pictures stand over the view: from the upper right, two in a row."""
+"""Layout of small pictures over the view: from the upper right, two in a row."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-MOST = 3
+MAX_INSETS = 3
 """Small pictures at a time: two points of view and the 360° camera."""
 
 A_ROW = 2
@@ -13,7 +13,7 @@ A_ROW = 2
 SHARE = 0.3
 """Of the view's width that one takes."""
 
-LEAST_PX = 200
+MIN_PX = 200
 """One is that wide also in a narrow view, if two are inside it."""
 
 EDGE_PX, GAP_PX = 12, 8
@@ -35,7 +35,7 @@ def placed(heights: Sequence[float], width_px: int, height_px: int) -> list[Plac
         height_px: of the view.
     """
     room = (width_px - 2 * EDGE_PX - (A_ROW - 1) * GAP_PX) // A_ROW
-    wide = max(1, min(max(round(SHARE * width_px), LEAST_PX), room))
+    wide = max(1, min(max(round(SHARE * width_px), MIN_PX), room))
     rows = [heights[at : at + A_ROW] for at in range(0, len(heights), A_ROW)]
     tall = sum(max(row) for row in rows)
     free = height_px - EDGE_PX - FOOT_PX - GAP_PX * max(len(rows) - 1, 0)

@@ -1,4 +1,4 @@
-"""Whose view a small picture can show, and where their eyes are."""
+"""Sources of small pictures, and the poses of their eyes."""
 
 from __future__ import annotations
 
@@ -60,6 +60,6 @@ def sources_of(
 
 
 def title_of(source: str, document: Document, scene: ScenePackage | None) -> str:
-    """What stands over a small picture."""
+    """Return the title of a small picture."""
     name = shown_name(source, document, scene)
     return f"{name}, front lens" if source == CAMERA else f"what {name} sees"

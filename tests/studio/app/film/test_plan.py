@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from studio.app.film.plan import MOST_S, FilmPlan
+from studio.app.film.plan import MAX_S, FilmPlan
 
 FILM = Path("film.mp4")
 
@@ -45,4 +45,4 @@ def test_a_part_of_a_recording():
     with pytest.raises(ValueError, match="wanted a part of 5 to 10 s"):
         plan.times_ns(5 * 10**9, 10 * 10**9)
     with pytest.raises(ValueError, match="limit 14400 s"):
-        FilmPlan(FILM).times_ns(0, round(1e9 * (MOST_S + 1)))
+        FilmPlan(FILM).times_ns(0, round(1e9 * (MAX_S + 1)))

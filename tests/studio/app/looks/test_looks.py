@@ -52,6 +52,7 @@ def taken(request, qapp, looks_recording, tmp_path_factory):
         recording=looks_recording,
     )
     stage.hide_room()
+    stage.window.bench.perform("layout.save", name="as it was")
     found = {shot.name: pixels_of(image) for shot, image in stage.take((*EMPTY, *BUSY))}
     if os.environ.get("NEXUS_GOLDEN") == "write":
         GOLDEN.mkdir(exist_ok=True)
@@ -78,6 +79,8 @@ def test_it_looks_as_it_did(taken, name, tmp_path):
 
 
 def again(stage, shot):
+    """The picture of a shot once more, in the layout in which it was first taken."""
+    stage.window.bench.perform("layout.load", name="as it was")
     return pixels_of(next(iter(stage.take((shot,))))[1])
 
 

@@ -53,7 +53,7 @@ def x_of(bench):
 
 def test_every_dock_is_there_with_its_content(open_studio):
     window = open_studio()
-    from studio.app.shell.docks import DOCKS
+    from studio.app.shell.docking.docks import DOCKS
 
     for dock in DOCKS:
         assert window.bench.do(f"dock.{dock.id}")

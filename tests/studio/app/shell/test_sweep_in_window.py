@@ -35,7 +35,8 @@ def begun(desk, monkeypatch):
 
     children = []
     monkeypatch.setattr(
-        "studio.app.sweeps.dock.Child", lambda words: children.append(Staged(words)) or children[-1]
+        "studio.app.scenario.sweeps_dock.Child",
+        lambda words: children.append(Staged(words)) or children[-1],
     )
     hand = Hand(desk.window, desk.until)
     desk.press("9", "Control")
@@ -49,7 +50,7 @@ def begun(desk, monkeypatch):
 
 def played(dock, count):
     """As if so many runs of the sweep were whole."""
-    from studio.app.sweeps.asked import runs_of
+    from studio.app.scenario.asked_sweep import runs_of
     from studio.sweep.results import SweepFolder
 
     runs = list(runs_of(dock.folder, "lab").values())

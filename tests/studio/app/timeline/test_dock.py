@@ -240,6 +240,51 @@ def test_two_runs_can_be_compared_with_no_recording_open(dock, bench, two_folder
     assert dock.view.playback.t_ns == 500_000_000
 
 
+@pytest.fixture
+def held(monkeypatch):
+    """Comparisons that end when `held.go` is set; `held.begun` has their folders."""
+    import threading
+    from types import SimpleNamespace
+
+    from studio.compare import comparison
+
+    made, read = SimpleNamespace(begun=[], go=threading.Event()), comparison.read_comparison
+
+    def read_held(a, b, **options):
+        made.begun.append((a.name, b.name))
+        assert made.go.wait(60)
+        return read(a, b, **options)
+
+    monkeypatch.setattr(comparison, "read_comparison", read_held)
+    yield made
+    made.go.set()
+
+
+def test_a_fork_that_ends_during_a_comparison_is_compared_after_it(
+    dock, bench, recording, two_folders, held, until, tmp_path
+):
+    a, b = two_folders["a"], two_folders["b"]
+    dock.runs._pair = (tmp_path / "b", tmp_path / "a")  # A's recording is what a fork has left
+    assert bench.do("timeline.compare", a=a, b=b)
+    until(lambda: held.begun)
+    bench.do("timeline.open", path=str(tmp_path / "a" / "recording.mcap"))
+    until(lambda: dock.is_open)
+    assert "begins when" in bench.log.lines()[-1].text
+    held.go.set()
+    until(lambda: len(held.begun) == 2 and dock.view.isVisible() and dock.runs._comparing is None)
+    assert held.begun == [("a", "b"), ("b", "a")]
+    assert dock.comparison.a.folder == tmp_path / "b"
+
+
+def test_what_is_being_compared_is_not_compared_twice(dock, bench, two_folders, held, until):
+    assert bench.do("timeline.compare", **two_folders)
+    assert bench.do("timeline.compare", **two_folders)
+    assert "being compared already" in bench.log.lines()[-1].text
+    held.go.set()
+    until(lambda: dock.comparison is not None and dock.runs._comparing is None)
+    assert len(held.begun) == 1
+
+
 def test_both_runs_are_pictured_at_one_instant(compared, bench, until):
     pictures = compared.view.beside.pictures
     until(lambda: all(each.has_picture for each in pictures))

@@ -80,7 +80,7 @@ def test_what_cannot_be_read_is_refused_with_the_remedy(tmp_path, monkeypatch):
     box(tmp_path / "b.stl")
     monkeypatch.setattr(mesh_file, "MOST_TRIANGLES", 11)
     assert "12 triangles, limit 11; reduce it" in refused("b.stl")
-    monkeypatch.setattr(mesh_file, "MOST_BYTES", 10)
+    monkeypatch.setattr(mesh_file, "MAX_BYTES", 10)
     assert "limit 0 MB; reduce it" in refused("b.stl")
     with pytest.raises(EditError, match="unit 'parsec', wanted one of m, cm"):
         read_geometry(tmp_path / "b.stl", unit="parsec", fallback=GREY)

@@ -5,7 +5,7 @@ from itertools import combinations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from studio.app.viewport.labels import MOST_RISE, Wanted, spread
+from studio.app.viewport.labels import MAX_RISE, Wanted, spread
 
 WIDTH, HEIGHT = 400.0, 300.0
 LABELS = st.lists(
@@ -46,7 +46,7 @@ def test_who_is_left_out_would_have_to_rise_too_far(wanted):
         if number not in shown and alone:
             assert nearer, "nothing nearer is in its way"
         if number in shown:
-            assert alone[0].top_px - shown[number].top_px <= MOST_RISE * label.height_px
+            assert alone[0].top_px - shown[number].top_px <= MAX_RISE * label.height_px
 
 
 def test_the_nearest_has_its_place_and_farther_ones_rise_then_vanish():

@@ -10,9 +10,9 @@ from scenes.state import Annotation, Avatar, SceneState
 from studio.app.model.documents.added_mesh import Geometry
 from studio.app.model.documents.document import Primitive, TwinEdits
 from studio.app.viewport.by_hand.picking import ray_of
-from studio.app.viewport.drawing.composite import composite
 from studio.app.viewport.drawing.mesh_picture import MeshDrawer, MeshPicture
 from studio.app.viewport.drawing.shapes import Line, Shown, Solid, Surface, shapes_of
+from studio.app.viewport.drawing.view_picture import composite
 
 OFF_CENTRE = Pinhole(120, 90, 100.0, 80.0, 70.0, 30.0)
 CENTRED = Pinhole.from_fov(120, 90, 1.0)

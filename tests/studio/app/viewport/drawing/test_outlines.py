@@ -8,7 +8,7 @@ from scenes.frames import look_at
 from scenes.mesh import CollisionMesh
 from scenes.pose import Pose
 from studio.app.model.documents.added_mesh import Geometry
-from studio.app.viewport.drawing.outlines import MOST_EDGES, Outlines, mesh_edges
+from studio.app.viewport.drawing.outlines import MAX_EDGES, Outlines, mesh_edges
 from studio.app.viewport.drawing.shapes import Line, Solid, Squares, Surface, Wire
 
 CAMERA = Pinhole.from_fov(160, 120, 1.0)
@@ -93,7 +93,7 @@ def test_gaps_of_a_line_are_not_bridged():
 
 def test_a_mesh_of_many_triangles_has_a_bounded_number_of_edges():
     vertices, faces = grid(100)
-    assert len(mesh_edges(faces)) == MOST_EDGES
+    assert len(mesh_edges(faces)) == MAX_EDGES
     few = mesh_edges(grid(2)[1])
     assert len(few) == 16  # each once: 12 sides of squares, 4 diagonals
     assert len({tuple(edge) for edge in few.tolist()}) == 16

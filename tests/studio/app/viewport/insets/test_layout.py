@@ -5,10 +5,10 @@ from itertools import combinations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from studio.app.viewport.insets.layout import EDGE_PX, FOOT_PX, MOST, placed
+from studio.app.viewport.insets.layout import EDGE_PX, FOOT_PX, MAX_INSETS, placed
 
 WIDE, SQUARE = 9 / 16, 1.0
-HEIGHTS = st.lists(st.sampled_from([WIDE, SQUARE]), max_size=MOST)
+HEIGHTS = st.lists(st.sampled_from([WIDE, SQUARE]), max_size=MAX_INSETS)
 
 
 @given(HEIGHTS, st.integers(120, 4000), st.integers(160, 2500))

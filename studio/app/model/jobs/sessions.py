@@ -1,4 +1,4 @@
-"""What docks may ask of whatever plays the sessions."""
+"""Protocol of the player of sessions, as docks use it."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Sessions(Protocol):
 
     @property
     def job(self) -> SceneJob | None:
-        """What runs or ran last."""
+        """The job that runs or ran last."""
         ...
 
     @property

@@ -28,11 +28,7 @@ from studio.app.model.runs.session_folders import SessionFolders
 from studio.app.model.workbench import Topic, Workbench
 from studio.app.preparation.child import Child
 from studio.app.preparation.stage_lines import stages_of
-from studio.app.scenario.text.editing import ScenarioEditing
-from studio.app.shell.questions import ask_file
-from studio.app.shell.theme import SHAPES
-from studio.app.shell.wrapping import WrappingRow, together
-from studio.app.sweeps.asked import (
+from studio.app.scenario.asked_sweep import (
     OFFERED,
     found_rows,
     kept_sweeps,
@@ -43,6 +39,10 @@ from studio.app.sweeps.asked import (
     sweep_values,
     write_sweep,
 )
+from studio.app.scenario.text.editing import ScenarioEditing
+from studio.app.shell.questions import ask_file
+from studio.app.shell.theme import SHAPES
+from studio.app.shell.wrapping import WrappingRow, together
 
 POLL_MS = 300
 MIN_PX = 90

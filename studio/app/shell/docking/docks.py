@@ -1,4 +1,4 @@
-"""Which docks there are, where each begins, and what makes its content."""
+"""The list of docks: where each begins, and what makes its content."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ DOCKS = (
         "Sessions",
         "mdi6.history",
         "left",
-        "studio.app.sessions.dock:SessionsDock",
+        "studio.app.timeline.sessions_dock:SessionsDock",
         "sessions that were recorded: open, show the folder, delete, bring back",
         "Ctrl+8",
     ),
@@ -96,7 +96,7 @@ DOCKS = (
         "Sweeps",
         "mdi6.chart-scatter-plot",
         "right",
-        "studio.app.sweeps.dock:SweepsDock",
+        "studio.app.scenario.sweeps_dock:SweepsDock",
         "the scenario with faults of every size: start, watch, read the table, open a run",
         "Ctrl+9",
     ),
@@ -114,7 +114,7 @@ DOCKS = (
         "Keys",
         "mdi6.keyboard-outline",
         "right",
-        "studio.app.shell.key_editor:KeyEditor",
+        "studio.app.shell.keys.key_editor:KeyEditor",
         "which keys do what",
         "Ctrl+6",
     ),
@@ -125,7 +125,7 @@ CLOSED_AT_FIRST = frozenset({"keys", "sweeps"})
 
 
 def make_content(dock: Dock, bench: Workbench) -> QWidget:
-    """What a dock holds."""
+    """Make the content of a dock."""
     module, _, name = dock.content.partition(":")
     made = getattr(importlib.import_module(module), name)(bench)
     assert isinstance(made, QWidget)

@@ -2,7 +2,8 @@
 
 import pytest
 
-from studio.app.shell.layouts import Layout
+from studio.app.shell.docking.layouts import FIRST_SHARES, Layout
+from studio.app.shell.docking.timeline_height import EMPTY_PX, RAISED_PX
 from studio.app.shell.theme import THEMES
 from studio.console.display import why_no_window
 
@@ -11,6 +12,29 @@ pytestmark = [
     pytest.mark.gui,
     pytest.mark.skipif(WHY_NOT is not None, reason=f"no window here: {WHY_NOT}"),
 ]
+
+
+def height(desk):
+    """Of the timeline's area, in pixels, once layouts have settled."""
+    from PySide6.QtWidgets import QApplication
+
+    for _ in range(3):
+        QApplication.processEvents()
+    return desk.window.docks["timeline"].dockAreaWidget().height()
+
+
+def drag_the_timeline(desk, by_px):
+    """Drag the handle above the timeline, up by some pixels."""
+    from PySide6.QtCore import QPoint, Qt
+    from PySide6.QtTest import QTest
+
+    area = desk.window.docks["timeline"].dockAreaWidget()
+    splitter = area.parentWidget()
+    handle = splitter.handle(1)
+    start = handle.rect().center()
+    QTest.mousePress(handle, Qt.MouseButton.LeftButton, pos=start)
+    QTest.mouseMove(handle, start - QPoint(0, by_px))
+    QTest.mouseRelease(handle, Qt.MouseButton.LeftButton, pos=start)
 
 
 def shares(window):
@@ -25,10 +49,13 @@ def shares(window):
 
 def resize(desk, width, height):
     desk.window.resize(width, height)
-    desk.until(lambda: desk.window._docks.width() == width)
+    desk.until(lambda: desk.window._docks.manager.width() == width)
 
 
 def test_the_first_layout_has_the_same_shares_in_any_window(desk):
+    desk.press("F5")
+    desk.until(lambda: desk.window.bench.recording is not None and not desk.window.run.is_busy)
+    desk.until(lambda: desk.window.content("timeline").is_open)
     resize(desk, 1000, 660)
     desk.window.bench.perform("layout.reset")
     left, right, bottom = shares(desk.window)
@@ -41,10 +68,76 @@ def test_the_first_layout_has_the_same_shares_in_any_window(desk):
     assert not any(texts), "names of tabs are whole"
 
 
+@pytest.mark.parametrize("size", [(1000, 660), (1560, 960)])
+def test_an_empty_timeline_is_low_in_a_window_of_any_size_and_shows_all_it_says(desk, size):
+    resize(desk, *size)
+    assert height(desk) == EMPTY_PX
+    desk.window.bench.perform("layout.reset")
+    assert height(desk) == EMPTY_PX
+    area, dock = desk.window.docks["timeline"].dockAreaWidget(), desk.window.content("timeline")
+    for part in (dock.empty.words, dock.empty.buttons["session.rehearse"]):
+        assert part.visibleRegion().boundingRect() == part.rect()
+        assert area.rect().contains(part.mapTo(area, part.rect().bottomRight()))
+
+
+def test_a_low_timeline_takes_its_share_when_a_session_plays_and_keeps_it(desk):
+    bench = desk.window.bench
+    bench.perform("session.rehearse")
+    desk.until(lambda: bench.standing.is_session)
+    share_px = FIRST_SHARES[0][1] * desk.window._docks.manager.height()
+    assert height(desk) == pytest.approx(max(RAISED_PX, share_px), abs=9)
+    desk.until(lambda: bench.recording is not None and not desk.window.run.is_busy)
+    desk.until(lambda: desk.window.content("timeline").is_open)
+    raised = height(desk)
+    bench.perform("timeline.close")
+    assert height(desk) == raised
+
+
+def test_a_low_timeline_takes_its_share_when_a_recording_is_opened_also_in_the_next_window(
+    desk, tmp_path
+):
+    desk.press("F5")
+    desk.until(lambda: desk.window.bench.recording is not None and not desk.window.run.is_busy)
+    recording = desk.window.bench.recording
+    desk.window.bench.perform("timeline.close")
+    desk.window.bench.perform("layout.reset")
+    assert height(desk) == EMPTY_PX
+    desk.window.close()
+    desk.window = desk.window_on(desk.window.bench.document)
+    assert desk.window.bench.settings.layout
+    assert height(desk) == EMPTY_PX
+    desk.window.bench.perform("timeline.open", path=str(recording))
+    desk.until(lambda: desk.window.content("timeline").is_open)
+    assert height(desk) > 2 * EMPTY_PX
+
+
+def test_a_height_that_a_hand_has_chosen_stays(desk):
+    drag_the_timeline(desk, 60)
+    chosen = height(desk)
+    assert chosen == pytest.approx(EMPTY_PX + 60, abs=8)
+    desk.press("F5")
+    desk.until(lambda: desk.window.bench.recording is not None and not desk.window.run.is_busy)
+    desk.until(lambda: desk.window.content("timeline").is_open)
+    assert height(desk) == chosen
+    desk.window.bench.perform("timeline.close")
+    desk.window.close()
+    desk.window = desk.window_on(desk.window.bench.document)
+    assert height(desk) == chosen
+
+
+def test_a_low_timeline_is_higher_for_bigger_text(desk):
+    desk.window.bench.perform("view.text", scale=1.5)
+    assert height(desk) == round(1.5 * EMPTY_PX)
+    desk.window.bench.perform("view.text", scale=1.0)
+    assert height(desk) == EMPTY_PX
+
+
 def test_a_saved_layout_fits_a_window_of_another_size(desk):
     window, bench = desk.window, desk.window.bench
     resize(desk, 1500, 900)
-    window._docks.setSplitterSizes(window.docks["scenario"].dockAreaWidget(), [450, 450, 600])
+    window._docks.manager.setSplitterSizes(
+        window.docks["scenario"].dockAreaWidget(), [450, 450, 600]
+    )
     bench.perform("layout.save", name="wide")
     resize(desk, 1200, 700)
     bench.perform("layout.reset")

@@ -13,7 +13,7 @@ import PySide6QtAds as ads
 from PySide6.QtCore import QByteArray, Qt
 from PySide6.QtWidgets import QSplitter, QToolButton, QWidget
 
-from studio.app.shell.docks import DOCKS
+from studio.app.shell.docking.docks import DOCKS
 
 Shares = Sequence[Sequence[float]]
 """Of each splitter, from the outermost inwards, the share of each of its parts."""

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from sim.scenarios.scenario import SCENARIO_FOLDER
-from studio.app.sweeps.asked import (
+from studio.app.scenario.asked_sweep import (
     OFFERED,
     found_rows,
     kept_sweeps,

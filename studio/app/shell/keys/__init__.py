@@ -1,0 +1,1 @@
+"""Keys, and lists of what can be done: palette, cheat sheet, editor."""

@@ -1,1 +1,0 @@
-"""Sweeps: faults of every size, begun and looked at in the window."""
