@@ -32,7 +32,7 @@ LATE_FRAMES = 30
 desk."""
 
 
-MOST_DEFERRED_FRAMES = 4
+MAX_DEFERRED_FRAMES = 4
 """Frames by which late frames defer periodic work at most, so that it is done even if all frames
 are late."""
 
@@ -62,7 +62,7 @@ class Schedule:
         late_until = seq + LATE_FRAMES if pictures > 1 else self.late_until
         beat = self.beat if self.deferred else self.beat + 1
         following = Schedule(seq, pictures, beat, 0, late_until)
-        if seq <= late_until and not following.is_free and self.deferred < MOST_DEFERRED_FRAMES:
+        if seq <= late_until and not following.is_free and self.deferred < MAX_DEFERRED_FRAMES:
             return replace(following, deferred=self.deferred + 1)
         return following
 

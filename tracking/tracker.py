@@ -22,7 +22,7 @@ from scenes.state import ObjectModel, TrackState
 from tracking.background.images import BackgroundImages, Exposure, LensExposures, render_background
 from tracking.background.layers import LayerCache, LayerKey, window_of
 from tracking.background.learning import Band, Care, band_of, learn, looked_at, whole_lens
-from tracking.camera.calibration import MOST_CARRIED, Calibration, calibrate
+from tracking.camera.calibration import MAX_CARRIED, Calibration, calibrate
 from tracking.camera.common_motion import CommonMotion
 from tracking.camera.rig_state import (
     RigState,
@@ -298,7 +298,7 @@ class Tracker:
     ) -> Calibration:
         """The pose of a camera that moved by what its pictures say, now and then refined anew."""
         carried = before.carried_along(motion.then_from_now)
-        if carried.carried <= MOST_CARRIED or not state.options.calibrate:
+        if carried.carried <= MAX_CARRIED or not state.options.calibrate:
             return carried
         refined = self._calibrated(state, frame, carried.world_from_rig)
         return refined if refined.trusted else carried

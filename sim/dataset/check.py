@@ -13,20 +13,20 @@ from sim.dataset.truth.agreement import RIGID, Agreement
 
 Item = TypeVar("Item")
 
-LEAST_PX = 200
+MIN_PX = 200
 """Pixels of a silhouette from which on its overlap says something: a border of half a pixel is a
 tenth of a smaller one."""
 
-LEAST_IOU = 0.95
+MIN_IOU = 0.95
 """Median overlap of silhouettes and meshes."""
 
 WORST_IOU = 0.80
 """Overlap of any of them."""
 
-MOST_MM = 5.0
+MAX_MM = 5.0
 """Median difference of lengths, mm: ten steps of what is written."""
 
-MOST_FRACTION_OFF = 2e-6
+MAX_FRACTION_OFF = 2e-6
 """Of the visible fraction that is written from that of the masks: six digits are written."""
 
 SAMPLED = 12
@@ -46,7 +46,7 @@ class Checked:
         length_mm: median difference of range or depth, mm; nan if no object is seen.
         fraction_off: worst difference of a visible fraction from its masks'.
         outside_px: visible pixels outside of silhouettes.
-        compared: silhouettes of at least `LEAST_PX` that were held against their meshes.
+        compared: silhouettes of at least `MIN_PX` that were held against their meshes.
     """
 
     form: str
@@ -68,12 +68,12 @@ class Checked:
         limits = (
             ("rotations are off by", self.rigid_off, self.rigid_off <= RIGID, RIGID),
             ("median overlap of masks and meshes is", self.iou_median,
-             self.iou_median >= LEAST_IOU, LEAST_IOU),
+             self.iou_median >= MIN_IOU, MIN_IOU),
             ("least overlap of masks and meshes is", self.iou_worst,
              self.iou_worst >= WORST_IOU, WORST_IOU),
-            ("lengths are off by mm", self.length_mm, not self.length_mm > MOST_MM, MOST_MM),
+            ("lengths are off by mm", self.length_mm, not self.length_mm > MAX_MM, MAX_MM),
             ("visible fractions are off by", self.fraction_off,
-             self.fraction_off <= MOST_FRACTION_OFF, MOST_FRACTION_OFF),
+             self.fraction_off <= MAX_FRACTION_OFF, MAX_FRACTION_OFF),
             ("visible pixels outside of silhouettes:", self.outside_px, self.outside_px == 0, 0),
         )  # fmt: skip
         for what, value, is_right, limit in limits:
@@ -122,7 +122,7 @@ def summed_up(
     fraction_off: float,
 ) -> Checked:
     """The figures over all that was compared."""
-    large = [a for a in found if a.pixels >= LEAST_PX]
+    large = [a for a in found if a.pixels >= MIN_PX]
     ious: list[float] = [a.iou for a in large]
     lengths: Any = [a.length_mm for a in large if np.isfinite(a.length_mm)]
     return Checked(

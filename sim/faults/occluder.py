@@ -19,7 +19,7 @@ from sim.faults.fault import Fault, Stage, misfit_of_object
 from sim.faults.span import Span, read_span
 from sim.tables import Table
 
-MOST_SHARE = 0.9
+MAX_SHARE = 0.9
 """Of the silhouette; a tenth stays in sight."""
 
 GAP_M = 0.05
@@ -66,7 +66,7 @@ class Occluder(Fault):
         """See `Fault.read`."""
         fault = cls(
             table.text("object"),
-            table.number("share", low=0.0, high=MOST_SHARE),
+            table.number("share", low=0.0, high=MAX_SHARE),
             read_span(table),
         )
         table.done()

@@ -20,7 +20,7 @@ from sim.wire.osc_camera import OscCamera
 LARGEST_REQUEST_BYTES = 1 << 16
 """Limit of a request's body; the longest that a client sends is about 1 kB."""
 
-MOST_CONNECTIONS = 16
+MAX_CONNECTIONS = 16
 """Connections at a time; further ones are closed at once."""
 
 WAIT_S = 5.0
@@ -114,16 +114,16 @@ class OscServer:
 
 
 class _Http(ThreadingMixIn, HTTPServer):
-    """A thread a connection, but not more than `MOST_CONNECTIONS`; silent about broken ones."""
+    """A thread a connection, but not more than `MAX_CONNECTIONS`; silent about broken ones."""
 
     daemon_threads = True
     allow_reuse_address = True
-    request_queue_size = 2 * MOST_CONNECTIONS
+    request_queue_size = 2 * MAX_CONNECTIONS
 
     def __init__(self, address: tuple[str, int], osc: OscServer) -> None:
         self.osc = osc
         self.failures = 0
-        self._room = threading.BoundedSemaphore(MOST_CONNECTIONS)
+        self._room = threading.BoundedSemaphore(MAX_CONNECTIONS)
         super().__init__(address, _Handler)
 
     def server_bind(self) -> None:

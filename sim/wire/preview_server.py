@@ -60,7 +60,7 @@ CLOSE_S = 5.0
 GARBAGE_BYTES = 4096
 """Size of a piece of garbage between packets."""
 
-MOST_ABANDONED = 8
+MAX_ABANDONED = 8
 """Connections that are kept open after the camera vanished from them; the oldest is closed."""
 
 _UNKNOWN_COMMAND, _UNKNOWN_BODY, _EXECUTE = 1, 2, 3
@@ -156,7 +156,7 @@ class PreviewServer:
         if client is not None:
             client.vanish()
             self._abandoned.append(client)
-        while len(self._abandoned) > MOST_ABANDONED:
+        while len(self._abandoned) > MAX_ABANDONED:
             self._abandoned.popleft().close()
 
     def _accept(self, connection: socket.socket) -> None:

@@ -24,7 +24,7 @@ REACH = 0.25
 PART_GAP_PX = 11
 """Parts of an object may be this far apart in its mask."""
 
-LEAST_COLOUR_SIMILARITY = 0.08
+MIN_COLOUR_SIMILARITY = 0.08
 """Pixels whose colour is less like the object's than this belong to something else."""
 
 
@@ -126,7 +126,7 @@ def _pixel_score(
     y, x = np.mgrid[top:bottom, left:right] + 0.5
     apart = np.maximum(np.abs(x - centre[0]) / side[0], np.abs(y - centre[1]) / side[1])
     nearness = np.exp(-np.maximum(apart - 0.5, 0.0))
-    accepted = foreground[window] & (similarity > LEAST_COLOUR_SIMILARITY)
+    accepted = foreground[window] & (similarity > MIN_COLOUR_SIMILARITY)
     scores[window] = np.where(accepted, similarity * nearness, 0.0)
     return scores
 

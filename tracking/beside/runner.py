@@ -31,7 +31,7 @@ log = logging.getLogger(__name__)
 ROOT = Path(__file__).parents[2]
 """Folder of the program's packages."""
 
-MOST_DEATHS = 3
+MAX_DEATHS = 3
 """Deaths of the process after which searches are computed in the frames: it has no memory, or what
 it computes kills it."""
 
@@ -147,7 +147,7 @@ class SearchBesideFrames:
 
     def start(self) -> None:
         """Start the process, for the first search not to wait for it, unless it dies often."""
-        if self._process is None and self._deaths < MOST_DEATHS:
+        if self._process is None and self._deaths < MAX_DEATHS:
             self._process = _Process()
 
     def advance(
@@ -186,11 +186,11 @@ class SearchBesideFrames:
     def _started(self) -> _Process | None:
         """The process; None if it has died too often. One that died before is started again."""
         process = self._process
-        if process is not None and process.is_dead and self._deaths < MOST_DEATHS:
+        if process is not None and process.is_dead and self._deaths < MAX_DEATHS:
             process.end()
             self._deaths += 1
             self._process, self._first = None, self._number
-            if self._deaths == MOST_DEATHS:
+            if self._deaths == MAX_DEATHS:
                 log.warning(
                     "the search process died %d times: lost objects are looked for in the frames, "
                     "which takes longer. Is there memory left?",

@@ -19,7 +19,7 @@ from scenes.cameras import Rig
 from scenes.pose import Pose, rotation_from_vector
 from scenes.render.renderer import PosedSplats, Renderer
 from scenes.splats import SplatCloud
-from tracking.camera.calibration import LEAST_SHARE, SCAN_SHIFT_M, SCAN_TURN_RAD
+from tracking.camera.calibration import MIN_SHARE, SCAN_SHIFT_M, SCAN_TURN_RAD
 from tracking.camera.displacements import Displacements
 from tracking.camera.lens_shape import NAMES, SHAPE, TERMS, by_shape, reshaped, shape_of, sigma_px
 from tracking.camera.lens_view import Sight
@@ -270,10 +270,10 @@ def _judged(
 
 
 def _refusal(found_share: float, left: Points) -> str:
-    if not found_share > LEAST_SHARE:
+    if not found_share > MIN_SHARE:
         return (
             f"{found_share:.0%} of the room's details are in the picture, wanted "
-            f"{LEAST_SHARE:.0%}: is this the room, and is the start within 2° and 5 %?"
+            f"{MIN_SHARE:.0%}: is this the room, and is the start within 2° and 5 %?"
         )
     if not float(left.max()) < LARGEST_RESIDUAL_RAD:
         worst, limit = np.degrees(float(left.max())), np.degrees(LARGEST_RESIDUAL_RAD)

@@ -36,7 +36,7 @@ DARK = 0.1
 """Grey 0..1 that is added before the logarithm. Under other exposure or light a logarithm's details
 stay as they are; below a tenth of white the sensor's noise would be all that is left of them."""
 
-LEAST_STEEP = 0.01
+MIN_STEEP = 0.01
 """Least gradient per px, of log grey, of a used pixel: about that of the noise after the blur."""
 
 
@@ -178,7 +178,7 @@ def _steepest(
     cells = cells.reshape(rows, cell_px, columns, cell_px)
     cells = cells.swapaxes(1, 2).reshape(rows * columns, cell_px**2)
     best = cells.argmax(axis=1)
-    kept = np.flatnonzero(cells[np.arange(len(best)), best] > LEAST_STEEP)
+    kept = np.flatnonzero(cells[np.arange(len(best)), best] > MIN_STEEP)
     row = kept // columns * cell_px + best[kept] // cell_px
     column = kept % columns * cell_px + best[kept] % cell_px
     return row, column

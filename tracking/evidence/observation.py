@@ -17,7 +17,7 @@ from scenes.cameras import Fisheye
 from scenes.pose import Pose
 from tracking.background.images import expose
 from tracking.evidence.evidence import Evidence, Scene
-from tracking.model.misfit import MOST_MISFIT, misfit
+from tracking.model.misfit import MAX_MISFIT, misfit
 from tracking.window.filters import blurred, resized
 from tracking.window.window import Layer
 
@@ -170,7 +170,7 @@ def observation_of(
             frame, and where an object is looked for. A shade there is no object.
     """
     sure = np.minimum(changed, SURE_FOREGROUND)
-    room_misfit = np.minimum(-FOREGROUND_VARIANCE * np.log1p(-sure), MOST_MISFIT)
+    room_misfit = np.minimum(-FOREGROUND_VARIANCE * np.log1p(-sure), MAX_MISFIT)
     return Observation(
         live=live,
         empty=empty,

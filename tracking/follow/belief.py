@@ -29,9 +29,9 @@ MOVED_NATS = math.log(STAYED / MOVED)
 """Log odds by which a pose elsewhere must be likelier than the scanned one before anything was
 seen."""
 
-LEAST_SAMPLES = 3.0
+MIN_SAMPLES = 3.0
 """Independent samples of a silhouette below which the picture cannot decide: one says at most
-`tracking.evidence.observation.MOST_MISFIT` nats, and usually one."""
+`tracking.evidence.observation.MAX_MISFIT` nats, and usually one."""
 
 SHOWN = 0.3
 """Share of what the uncovered part of an object should speak for it, from which a measurement
@@ -66,7 +66,7 @@ class Belief:
     @property
     def is_unseen(self) -> bool:
         """Whether too little of the object is in view, where it was and where it was measured."""
-        return max(self.found.samples, self.before.samples) < LEAST_SAMPLES
+        return max(self.found.samples, self.before.samples) < MIN_SAMPLES
 
     @property
     def has_left(self) -> bool:

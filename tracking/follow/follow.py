@@ -96,7 +96,7 @@ def follow(task: Task, unchanged: bool) -> Track:
     if rested and is_at_rest_still(task, belief, is_doubtful=is_doubtful):
         return _at_rest(task, evidence, belief, unchanged=unchanged)
     if not rested:
-        back = _back(task, least=max(belief.found.nats, 0.0))
+        back = _back(task, min_nats=max(belief.found.nats, 0.0))
         if back is not track:
             return back
     belief = _again(task, evidence, belief)
@@ -109,16 +109,16 @@ def follow(task: Task, unchanged: bool) -> Track:
     return miss(task, belief)
 
 
-def _shows_at(task: Task, world_from_object: Pose, *, least: float = 0.0) -> bool:
-    """Whether an object clearly shows at a pose, by more nats than the least."""
+def _shows_at(task: Task, world_from_object: Pose, *, min_nats: float = 0.0) -> bool:
+    """Whether an object clearly shows at a pose, by `CLEAR_NATS` more than `min_nats`."""
     scene, model = task.scene, task.model
     evidence = gather(scene, model, view_of(scene, model, world_from_object), task.neighbours)
     observation = observe(scene, evidence)
     support = pose_support(observation, model, world_from_object, scene.renderer)
-    return support.nats > least + CLEAR_NATS and not support.is_covered
+    return support.nats > min_nats + CLEAR_NATS and not support.is_covered
 
 
-def _back(task: Task, *, least: float = 0.0) -> Track:
+def _back(task: Task, *, min_nats: float = 0.0) -> Track:
     """The track at the place where the object stood before, if it clearly shows there again.
 
     What was dragged along with a passer-by, or lost, may be where it last was in plain sight.
@@ -127,7 +127,7 @@ def _back(task: Task, *, least: float = 0.0) -> Track:
     stood = track.world_from_stood
     if stood is None or not is_other(task.model, stood, track.world_from_object):
         return track
-    if not _shows_at(task, stood, least=least):
+    if not _shows_at(task, stood, min_nats=min_nats):
         return track
     back = replace(
         track,

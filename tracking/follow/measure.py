@@ -21,7 +21,7 @@ from tracking.follow.posterior import (
     has_left_its_rest,
     is_accepted,
     is_conclusive,
-    least_correlation,
+    min_correlation,
     priors,
     shows_pattern,
 )
@@ -44,7 +44,7 @@ REMEMBERED_SIGMA = (0.005, 0.005, 0.003, math.radians(1.5))
 pixel."""
 
 
-LEAST_RELOCALISATION_M = 0.01
+MIN_RELOCALISATION_M = 0.01
 """Displacement in m below which relocalisation is not needed: a solve converges from there."""
 
 
@@ -91,7 +91,7 @@ def measure(
     fit = found.fit
     if is_conclusive(task, fit) or fit.covered_fraction > MOSTLY_COVERED:
         return window, fit
-    if is_unchanged and is_accepted(fit, wanted_correlation=least_correlation(track)):
+    if is_unchanged and is_accepted(fit, wanted_correlation=min_correlation(track)):
         return window, fit
     relocalisation = _relocalised(task, window, found)
     if relocalisation is not None:
@@ -131,7 +131,7 @@ def _relocalised(task: Task, window: Seen, found: Found) -> tuple[Seen, Fit] | N
     world_from_relocalised = relocalised(task, appearance, world_from_found.translation)
     if (
         world_from_relocalised is None
-        or apart(world_from_found, world_from_relocalised) < LEAST_RELOCALISATION_M
+        or apart(world_from_found, world_from_relocalised) < MIN_RELOCALISATION_M
     ):
         return None
     view = view_of(task.scene, task.model, world_from_relocalised)

@@ -26,7 +26,7 @@ from tracking.model.support_planes import EVERYWHERE_M
 from tracking.solve.covariance import uncertainty
 from tracking.solve.motion import Motion
 
-MOST_WAITS = 3
+MAX_WAITS = 3
 """Most doublings of the search period after searches in vain: in the end an object is looked for
 every six seconds."""
 
@@ -299,4 +299,4 @@ def _id(task: Task) -> str:
 
 def _is_due(task: Task) -> bool:
     waited_ns = task.scene.frame.t_ns - task.track.searched_ns
-    return waited_ns >= SEARCH_PERIOD_NS << min(max(task.track.searches_in_vain - 1, 0), MOST_WAITS)
+    return waited_ns >= SEARCH_PERIOD_NS << min(max(task.track.searches_in_vain - 1, 0), MAX_WAITS)

@@ -39,7 +39,7 @@ of the default rehearsal, with a quarter 25 to 50; errors were the same."""
 PERIOD_NS = 180_000_000
 """Least time in ns between two reviews. Chosen on the rooms lab and desk."""
 
-MOST_IN_VAIN = 5
+MAX_IN_VAIN = 5
 """Most doublings of that period after reviews in vain."""
 
 TURNED_NATS = MOVED_NATS + math.log(math.pi / APART_RAD)
@@ -133,7 +133,7 @@ def _concluded(
     is_wrong = bool(rivals) and rivals[0].is_clearly_better(found)
     best, less = (rivals[0], [found, *rivals[1:]]) if is_wrong else (found, rivals)
     rival_nats = min((best.log_odds - other.log_odds for other in less), default=math.inf)
-    in_vain = 0 if is_wrong or review is None else min(review.in_vain + 1, MOST_IN_VAIN)
+    in_vain = 0 if is_wrong or review is None else min(review.in_vain + 1, MAX_IN_VAIN)
     review = Review(task.scene.frame.t_ns, in_vain, rival_nats, rival_nats)
     task = replace(task, track=replace(task.track, review=review))
     if not is_wrong:

@@ -68,7 +68,7 @@ REFINED = 5
 REFINED_AGAIN = 2
 """Of those, refined until they get no likelier."""
 
-MOST_ROUNDS = 3
+MAX_ROUNDS = 3
 """Refinements of one of these at most."""
 
 RESOLVED_NATS = 0.2
@@ -330,7 +330,7 @@ def _refined(
     found.sort(key=lambda item: -item[0].support.nats)
     final: list[tuple[Hypothesis, ObjectWindow]] = []
     for rank, (hypothesis, window) in enumerate(found):
-        for _ in range(MOST_ROUNDS if rank < REFINED_AGAIN else 0):
+        for _ in range(MAX_ROUNDS if rank < REFINED_AGAIN else 0):
             start, evidence = hypothesis.world_from_object, window.evidence
             again = refined(scene, model, start, evidence, window.observation, budget=budget)
             gained = again.support.nats - hypothesis.support.nats

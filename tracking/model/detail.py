@@ -30,13 +30,13 @@ class DetailLevel:
     """An object's splats for pictures up to some size.
 
     Attributes:
-        most_radius_px: radius of the object in a picture up to which splats are merged by less than
+        max_radius_px: radius of the object in a picture up to which splats are merged by less than
             a pixel; inf for the scan itself.
         splats: in the object's frame.
         relightable: the same for any light.
     """
 
-    most_radius_px: float
+    max_radius_px: float
     splats: SplatCloud
     relightable: RelightableModel
 

@@ -89,7 +89,7 @@ class TrackModel:
 
     def level_for(self, radius_px: float) -> DetailLevel:
         """Its splats for a picture in which its sphere has a radius in px."""
-        return next(level for level in self.levels if radius_px <= level.most_radius_px)
+        return next(level for level in self.levels if radius_px <= level.max_radius_px)
 
     def splats_at(self, world_from_object: Pose) -> PosedSplats:
         """What to hand to a renderer."""
@@ -145,7 +145,7 @@ def _turn_nats(
 ) -> NDArray[np.float64]:
     """`nats_of_turns` of an object seen from low and from high."""
     radius_px = 0.5 * TURN_SIDE_PX / HALF_WIDTH
-    level = next(level for level in levels if radius_px <= level.most_radius_px)
+    level = next(level for level in levels if radius_px <= level.max_radius_px)
     drawn = [
         np.stack(
             [

@@ -54,7 +54,7 @@ NEARER_M = 0.03
 SOLID = 0.3
 """Alpha from which a drawn object hides what is behind it."""
 
-LEAST_OUTSIDE_PX = 4
+MIN_OUTSIDE_PX = 4
 """Coarse pixels that a change must have beyond the edge to count as coming from there."""
 
 LEARNED_PER_FRAME = 0.15
@@ -313,7 +313,7 @@ def _reaching_in(changed: BoolArray, inner: tuple[slice, slice]) -> BoolArray:
     beyond = labels.copy()
     beyond[inner] = 0
     outside_px = np.bincount(beyond.ravel(), minlength=count)
-    from_beyond = outside_px >= LEAST_OUTSIDE_PX
+    from_beyond = outside_px >= MIN_OUTSIDE_PX
     from_beyond[0] = False
     hiding = np.take(from_beyond, np.asarray(labels, dtype=np.intp))
     return cv2.dilate(hiding.astype(np.uint8), _square(3)) > 0

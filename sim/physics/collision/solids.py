@@ -13,7 +13,7 @@ from sim.physics.engine import Spec, mujoco
 
 OUTSIDE_M = 0.1
 """How far behind a room's walls it is closed: within their thickness, so nothing inside is met."""
-LEAST_HEIGHT_M = 2.0
+MIN_HEIGHT_M = 2.0
 """Height at which a room without walls is closed."""
 
 
@@ -46,7 +46,7 @@ def add_room(spec: Spec, room: PhysicalRoom) -> None:
 def close_room(spec: Spec, room: PhysicalRoom) -> None:
     """Add planes behind the walls and at their upper edge, so that nothing thrown gets out."""
     tops = [float(s.object_from_box.translation[2]) + s.half_size_m[2] for s in room.solids]
-    height = max([LEAST_HEIGHT_M, *tops])
+    height = max([MIN_HEIGHT_M, *tops])
     (x0, y0), (x1, y1) = room.footprint_m.tolist()
     sides = {
         "ceiling": ([0.0, 0.0, height], [0.0, 0.0, -1.0]),

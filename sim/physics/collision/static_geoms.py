@@ -24,7 +24,7 @@ from sim.physics.collision.patches import Patches
 from sim.physics.collision.surface import Change, Surface
 from sim.physics.engine import Spec, mujoco
 
-LEAST_SPARES = 600
+MIN_SPARES = 600
 """Boxes kept for edits: a new surface of 0.5 m takes up to a hundred."""
 SPARE_SHARE = 0.1
 """And as a share of the patches."""
@@ -50,7 +50,7 @@ class StaticGeoms:
     def __init__(self, spec: Spec, surface: Surface) -> None:
         self._surface = surface
         patches = surface.patches
-        spares = max(LEAST_SPARES, round(SPARE_SHARE * len(patches)))
+        spares = max(MIN_SPARES, round(SPARE_SHARE * len(patches)))
         for index, plane in enumerate(surface.planes):
             _add_plane(spec, f"plane-{index}", plane)
         position, quaternion, size = _boxes(patches, np.zeros(len(patches)))

@@ -38,7 +38,7 @@ LEVEL = 0.7
 """Cosine to up above which a surface can carry: 45 degrees."""
 TOLERATED_M = 0.0005
 """Overlap with an object at the start that physics may resolve at once."""
-LEAST_DEPTH_M = 0.006
+MIN_DEPTH_M = 0.006
 """Thickness below which nothing is left of a patch that is made thinner."""
 RIPPLE_M = 0.05
 """Height above the floor up to which a steep patch is a ripple of it, on which legs would catch."""
@@ -228,7 +228,7 @@ def _thinned(patches: Patches, movables: Sequence[PhysicalObject]) -> Patches:
     centre[near] -= patches.normal[near] * lowered[:, None]
     depth_m[near] -= thinner
     stays = np.ones(len(patches), dtype=np.bool_)
-    stays[near] = (thinner == 0.0) | (depth_m[near] >= LEAST_DEPTH_M)
+    stays[near] = (thinner == 0.0) | (depth_m[near] >= MIN_DEPTH_M)
     cut = Patches(centre, patches.world_from_patch, patches.half_m, depth_m, patches.cell)
     return cut.chosen(stays)
 

@@ -74,7 +74,7 @@ the factor by which there is more of it, within the exposure fault's ±4 EV."""
 LONGEST_S = 24 * 3600.0
 """Latest time of a fault, seconds: a day of streaming."""
 
-MOST_FAULTS = 1000
+MAX_FAULTS = 1000
 """Faults in one schedule."""
 
 
@@ -168,8 +168,8 @@ class FaultSchedule:
         self._set(tuple(fault for fault in faults if fault.kind not in FILMED))
 
     def _set(self, faults: tuple[WireFault, ...]) -> None:
-        if len(faults) > MOST_FAULTS:
-            raise FaultError(f"faults: {len(faults)}, wanted at most {MOST_FAULTS}")
+        if len(faults) > MAX_FAULTS:
+            raise FaultError(f"faults: {len(faults)}, wanted at most {MAX_FAULTS}")
         self.faults = tuple(sorted(faults, key=lambda fault: (fault.at_s, fault.kind)))
         self._drifts = [f for f in self.faults if f.kind is FaultKind.CLOCK_DRIFT]
         self._returns_s = sorted(f.end_s for f in self.faults if f.kind is FaultKind.RESTART)

@@ -27,10 +27,10 @@ from sim.wire.rtsp.requests import (
 from sim.wire.rtsp.senders import Sender, TcpSender, UdpSender
 from sim.wire.rtsp.transport import OverTcp, read_transport
 
-MOST_CLIENTS = 8
+MAX_CLIENTS = 8
 """Players at a time; further ones are sent away."""
 
-MOST_ABANDONED = 8
+MAX_ABANDONED = 8
 """Connections that are kept open after the camera vanished from them; the oldest is closed."""
 
 WAIT_S = 0.1
@@ -39,7 +39,7 @@ WAIT_S = 0.1
 IDLE_S = 10.0
 """How long a client that is sent nothing may say nothing, seconds."""
 
-MOST_LOOKS = 600
+MAX_LOOKS = 600
 """How often a client is listened to before it is sent packets: a minute of silence in steps of
 `WAIT_S`, or as many pieces. Players take ten; one that sends a byte at a time is sent away."""
 
@@ -173,7 +173,7 @@ class RtspServer:
                 client.vanish()
                 self._abandoned.append(client)
             self._clients.clear()
-            old = [self._abandoned.popleft() for _ in range(len(self._abandoned) - MOST_ABANDONED)]
+            old = [self._abandoned.popleft() for _ in range(len(self._abandoned) - MAX_ABANDONED)]
         for client in old:
             client.close()
 
@@ -181,7 +181,7 @@ class RtspServer:
         self.connections += 1
         with self._lock:
             self._clients = [client for client in self._clients if client.is_alive]
-            if len(self._clients) < MOST_CLIENTS:
+            if len(self._clients) < MAX_CLIENTS:
                 random = Random(self._random.getrandbits(64))
                 self._clients.append(_Client(self, connection, random))
                 return
@@ -232,7 +232,7 @@ class _Client:
         try:
             while not self._over.is_set():
                 looks += self._player is None
-                if looks > MOST_LOOKS:
+                if looks > MAX_LOOKS:
                     return
                 if silent_s >= (IDLE_S if self._player is None else SESSION_S):
                     return

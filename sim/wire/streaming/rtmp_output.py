@@ -14,7 +14,7 @@ from sim.wire.rtmp_push import RETRY_S, STALLED_S
 from sim.wire.streaming.outbox import Outbox
 from sim.wire.streaming.output import LOOK_S, OutputSetting
 
-MOST_ABANDONED = 8
+MAX_ABANDONED = 8
 """Connections that are left open after the camera vanished from them; the oldest is closed."""
 
 
@@ -124,6 +124,6 @@ class RtmpOutput:
     def _abandon(self, client: RtmpClient) -> None:
         """Leave a connection open and look at it never again."""
         self._abandoned.append(client)
-        while len(self._abandoned) > MOST_ABANDONED:
+        while len(self._abandoned) > MAX_ABANDONED:
             with contextlib.suppress(OSError):
                 self._abandoned.popleft().close()

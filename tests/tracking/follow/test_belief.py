@@ -10,7 +10,7 @@ from scenes.pose import Pose
 from scenes.state import TrackState
 from tracking.evidence.observation import observe
 from tracking.follow.belief import (
-    LEAST_SAMPLES,
+    MIN_SAMPLES,
     STAYS_NATS,
     Belief,
     at_first,
@@ -72,8 +72,8 @@ def test_what_shows_half_of_what_it_showed_is_followed_and_after_a_gap_only_if_r
 
 
 def test_what_is_hardly_in_view_is_unseen_and_what_shows_the_room_has_left():
-    assert belief(1.0, 1.0, LEAST_SAMPLES - 0.1).is_unseen
-    assert not belief(1.0, 1.0, LEAST_SAMPLES + 0.1).is_unseen
+    assert belief(1.0, 1.0, MIN_SAMPLES - 0.1).is_unseen
+    assert not belief(1.0, 1.0, MIN_SAMPLES + 0.1).is_unseen
     assert belief(-STAYS_NATS - 0.1, -9.0).has_left
     assert not belief(0.0, -9.0).has_left
     track = SimpleNamespace(usual_nats=10.0)

@@ -21,7 +21,7 @@ from tracking.hypotheses.prior import (
     stayed_log_prior,
 )
 from tracking.hypotheses.proposals import (
-    LEAST_RADIUS_PX,
+    MIN_RADIUS_PX,
     cuts_at,
     places_on,
     proposed,
@@ -54,7 +54,7 @@ def test_places_are_on_the_plane_in_view_and_large_enough_to_be_seen(table, mug_
     assert np.linalg.norm(places - now.translation, axis=1).min() < 0.06
     eye = look.world_from_lens.translation
     distance = np.linalg.norm(places + model.centre_m - eye, axis=1)
-    assert (look.camera.f_px * model.radius_m / distance >= LEAST_RADIUS_PX).all()
+    assert (look.camera.f_px * model.radius_m / distance >= MIN_RADIUS_PX).all()
     tiny = replace(model, radius_m=0.001)
     assert len(places_on(scene, [look], tiny, HEIGHTS)[0]) == 0
 

@@ -27,7 +27,7 @@ def test_levels_grow_and_the_last_is_the_scan(model, book):
     assert counts == sorted(counts)
     assert counts[0] < 0.2 * counts[-1]
     assert model.levels[-1].splats is book.splats
-    assert math.isinf(model.levels[-1].most_radius_px)
+    assert math.isinf(model.levels[-1].max_radius_px)
 
 
 def test_the_level_for_a_picture_is_the_coarsest_that_is_fine_enough(model):

@@ -28,7 +28,7 @@ steps of the map's grid."""
 APART_RAD = math.radians(30.0)
 """Turn between two hypotheses at nearly the same place; refinement reaches 14°."""
 
-MOST_COMPARED = 20_000
+MAX_COMPARED = 20_000
 """Scores, best first, among which hypotheses are looked for: about one in a thousand."""
 
 
@@ -41,7 +41,7 @@ def hypotheses(room_map: RoomMap, frame: Frame) -> list[Pose]:
     """
     upright = [Pose(tilt @ WORLD_FROM_FORWARD_CAMERA.rotation, np.zeros(3)) for tilt in _tilts()]
     score = scores(room_map, [live_panorama(frame, pose) for pose in upright])
-    count = min(MOST_COMPARED, score.size)
+    count = min(MAX_COMPARED, score.size)
     best = np.argpartition(score.ravel(), -count)[-count:]
     best = best[np.argsort(score.ravel()[best])[::-1]]
     chosen: list[Pose] = []

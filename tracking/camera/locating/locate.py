@@ -26,14 +26,14 @@ from tracking.camera.locating.hypotheses import hypotheses, is_apart
 from tracking.camera.locating.refinement import Refined, refined
 from tracking.camera.locating.room_map import RoomMap, map_of
 
-LEAST_SHARE = 0.3
+MIN_SHARE = 0.3
 """Least share of the room's textured windows found at the end."""
 
-LEAST_ODDS_NATS = 3.0 * math.log(1000.0)
+MIN_ODDS_NATS = 3.0 * math.log(1000.0)
 """Least log odds of the best place to the next: a thousand to one, if three neighbouring windows
 that are hidden or look the same are so together."""
 
-NEAR_NATS = 10.0 * LEAST_ODDS_NATS
+NEAR_NATS = 10.0 * MIN_ODDS_NATS
 """Log likelihood ratio from which the last known place is taken without looking elsewhere."""
 
 ATTEMPTS = 3
@@ -219,25 +219,25 @@ class _Search:
     def judged(self) -> Located:
         """The best hypothesis, refined with the lenses, and whether it holds."""
         best, odds = best_of(self.found)
-        if best.nats < LEAST_ODDS_NATS:
+        if best.nats < MIN_ODDS_NATS:
             return self.refused(
                 "no place in the room accounts for the picture: is this the room, is it lit, and "
                 "is nobody right before the camera?"
             )
-        if odds < LEAST_ODDS_NATS:
+        if odds < MIN_ODDS_NATS:
             return self.refused(
                 f"another place looks nearly the same (log odds {odds:.0f}, wanted "
-                f"{LEAST_ODDS_NATS:.0f}): move the camera, or say where it stands",
+                f"{MIN_ODDS_NATS:.0f}): move the camera, or say where it stands",
                 odds,
             )
         fit = calibrate_lenses(
             [self._frame], best.world_from_rig, self._room, self._renderer, objects=self._objects
         )
         refusal = fit.refusal
-        if not fit.found_share > LEAST_SHARE:
+        if not fit.found_share > MIN_SHARE:
             refusal = (
                 f"{fit.found_share:.0%} of the room's details are in the picture, wanted "
-                f"{LEAST_SHARE:.0%}: is this the room, is it lit, and is nobody before the camera?"
+                f"{MIN_SHARE:.0%}: is this the room, is it lit, and is nobody before the camera?"
             )
         return Located(fit.world_from_rig, fit.sigma, odds, fit.found_share, fit.rig, refusal)
 
