@@ -12,7 +12,7 @@ import numpy as np
 
 from scenes.formats.storage.atomic import WriteError, write_folder
 from scenes.mesh import PhysicalRoom
-from sim.dataset.bop.session import BopOptions, write_bop
+from sim.dataset.bop import BopOptions, write_bop
 from sim.dataset.check import Checked, check_dataset
 from sim.dataset.photos import write_capture
 from sim.dataset.room_folder import FolderOptions, Pictures, write_room, write_sequences

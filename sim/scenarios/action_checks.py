@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,6 +14,7 @@ from sim.scenarios.actions import (
     Action,
     Carry,
     HandOver,
+    PersonSettings,
     Place,
     Point,
     Push,
@@ -25,9 +25,6 @@ from sim.scenarios.actions import (
     name_of,
 )
 from sim.tables import ScenarioError
-
-if TYPE_CHECKING:
-    from sim.scenarios.scenario import PersonSettings
 
 HEAVIEST_KG = HAND_FORCE_LIMIT_N / 9.81 - 1.0
 """What one hand lifts, with a kilogram's force left to move it."""

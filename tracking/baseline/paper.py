@@ -35,9 +35,15 @@ from scenes.warp import VirtualView
 from tracking.background.images import BackgroundImages, fit_exposure, render_background
 from tracking.background.layers import drawn_layer
 from tracking.background.learning import learn, whole_lens
-from tracking.baseline.associate import associate
 from tracking.baseline.detect import BackgroundDetector, Detection, Detector, Expected
-from tracking.baseline.identity import Track2D, Visibility, begin_track, settle, update_tracks
+from tracking.baseline.identity import (
+    Track2D,
+    Visibility,
+    associate,
+    begin_track,
+    settle,
+    update_tracks,
+)
 from tracking.baseline.matcher import Matcher, SiftMatcher
 from tracking.baseline.rectify import RectifiedView, front, rectify
 from tracking.baseline.refine import chamfer, contour_pixels, minimise_chamfer, observe_contour

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from random import Random
 
 from devices.clock import Clock
-from sim.wire.faults.schedule import FaultSchedule, WireFault
-from sim.wire.faults.units import OutgoingUnit, UnitFaults, stills_of
+from sim.wire.faults import FaultSchedule, WireFault
 from sim.wire.film.film import Film
 from sim.wire.streaming.events import CameraEvent, Say
 from sim.wire.streaming.output import Output, OutputSetting
 from sim.wire.streaming.truth_file import PictureTime, TruthWriter
+from sim.wire.unit_faults import OutgoingUnit, UnitFaults, stills_of
 
 NANOSECONDS = 1_000_000_000
 

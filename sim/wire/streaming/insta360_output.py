@@ -10,13 +10,13 @@ from dataclasses import dataclass
 from devices.clock import Clock
 from devices.insta360.commands import CameraInfo
 from devices.messages import EncodedFrame
-from sim.wire.faults.schedule import WireState
-from sim.wire.faults.units import OutgoingUnit
+from sim.wire.faults import WireState
 from sim.wire.osc_camera import OscCamera
 from sim.wire.osc_server import OscFaults, OscServer
 from sim.wire.preview_server import PreviewFaults, PreviewServer
 from sim.wire.streaming.outbox import Outbox
 from sim.wire.streaming.output import LOOK_S, OutputSetting
+from sim.wire.unit_faults import OutgoingUnit
 
 INFO = CameraInfo("IXSESIM001", "Insta360 X4", "v1.4.6", 0.8)
 """What the simulated camera says of itself."""

@@ -6,7 +6,7 @@ import threading
 from collections import deque
 from collections.abc import Callable
 
-from sim.wire.faults.units import OutgoingUnit
+from sim.wire.unit_faults import OutgoingUnit
 
 MAX_UNITS = 600
 """Units that wait at most: the longest delay and jitter together, 7 s, at 60 pictures a second and

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from random import Random
 from typing import Protocol
 
-from sim.wire.faults.schedule import WireState
-from sim.wire.faults.units import OutgoingUnit
+from sim.wire.faults import WireState
 from sim.wire.streaming.events import CameraEvent, Say
+from sim.wire.unit_faults import OutgoingUnit
 
 LOOK_S = 0.02
 """How often a thread looks whether a fault has begun or ended, seconds: a picture's time at 50 a

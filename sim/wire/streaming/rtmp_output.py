@@ -7,12 +7,12 @@ import threading
 from collections import deque
 
 from devices.camera.rtmp.chunks import RtmpError
-from sim.wire.faults.units import OutgoingUnit
 from sim.wire.flv_packets import avc_header, avc_picture
 from sim.wire.rtmp_client import RtmpClient
 from sim.wire.rtmp_push import RETRY_S, STALLED_S
 from sim.wire.streaming.outbox import Outbox
 from sim.wire.streaming.output import LOOK_S, OutputSetting
+from sim.wire.unit_faults import OutgoingUnit
 
 MAX_ABANDONED = 8
 """Connections that are left open after the camera vanished from them; the oldest is closed."""

@@ -7,13 +7,13 @@ import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from sim.wire.faults.schedule import WireState
-from sim.wire.faults.units import OutgoingUnit
+from sim.wire.faults import WireState
 from sim.wire.film.film import Film
 from sim.wire.rtsp.packets import session_description
 from sim.wire.rtsp.server import RtspFaults, RtspServer, RtspStream, StreamUnit
 from sim.wire.streaming.outbox import Outbox
 from sim.wire.streaming.output import LOOK_S, OutputSetting
+from sim.wire.unit_faults import OutgoingUnit
 
 PATH = "room"
 """Of the stream's URL."""

@@ -22,8 +22,7 @@ from scenes.pose import Pose
 from scenes.render.renderer import PosedSplats, Renderer
 from scenes.splats import SplatCloud
 from tracking.camera.lens_fit import calibrate_lenses
-from tracking.camera.locating.hypotheses import hypotheses, is_apart
-from tracking.camera.locating.refinement import Refined, refined
+from tracking.camera.locating.hypotheses import Refined, hypotheses, is_apart, refined
 from tracking.camera.locating.room_map import RoomMap, map_of
 
 MIN_SHARE = 0.3

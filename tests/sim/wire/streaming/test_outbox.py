@@ -3,9 +3,9 @@ import itertools
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sim.wire.faults.units import OutgoingUnit
 from sim.wire.streaming import outbox as module
 from sim.wire.streaming.outbox import Outbox
+from sim.wire.unit_faults import OutgoingUnit
 
 
 def unit(number, *, keyframe=False, send_ns=0, size=1, taken_ns=0):

@@ -8,7 +8,7 @@ from random import Random
 
 from devices.messages import EncodedFrame
 from devices.video import H264Decoder, H264Encoder
-from sim.wire.faults.schedule import FaultKind, FaultSchedule
+from sim.wire.faults import FaultKind, FaultSchedule
 from sim.wire.film.film import Film
 
 NANOSECONDS = 1_000_000_000

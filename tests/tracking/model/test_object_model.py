@@ -7,8 +7,7 @@ import pytest
 
 from scenes.opening import open_scene
 from scenes.render.native import NativeRenderer
-from tracking.model.detail import COARSEST_PX, detail_levels_of
-from tracking.model.object_model import make_model
+from tracking.model.object_model import COARSEST_PX, detail_levels_of, make_model
 from tracking.model.templates import HALF_WIDTH, drawn_around
 
 
