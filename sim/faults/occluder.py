@@ -175,3 +175,8 @@ def _edge_slope(
         @ lens.unproject(np.stack([x, y], axis=1) / scale + low).T
     )
     return float(np.quantile(rays[0] / rays[2], share))
+
+
+def panel_id(object_id: str) -> str:
+    """Id of the body that hides an object."""
+    return f"occluder:{object_id}"

@@ -27,14 +27,13 @@ from tracking.hypotheses.proposals import (
     proposed_by_overlap,
 )
 from tracking.hypotheses.refinement import refined
+from tracking.hypotheses.screening import align_roughly, score_roughly
 from tracking.hypotheses.search import (
     HOPELESS_NATS,
     Turned,
     align_in_window,
-    align_roughly,
     best_places,
     judge_in_any_light,
-    score_roughly,
     window_about,
 )
 from tracking.model.object_model import TrackModel

@@ -20,7 +20,8 @@ from scenes.mesh import PhysicalRoom
 from sim.faults.fault import Fault, WayFault
 from sim.faults.freeze import Freeze
 from sim.faults.settings import Faults
-from sim.rehearsal import Scanned, SimulatedStep, simulate
+from sim.reality.room import Scanned
+from sim.rehearsal import SimulatedStep, simulate
 from sim.scenarios.scenario import Scenario
 from sim.wire.film.film import FilmFormat, PictureTruth
 from sim.wire.film.film_file import FilmWriter

@@ -28,7 +28,8 @@ from tracking.hypotheses.proposals import (
     proposed_by_overlap,
 )
 from tracking.hypotheses.refinement import aligned, coarse, refined
-from tracking.hypotheses.search import ALIGNED_AT_A_PLACE, best_places, of_all_places, search
+from tracking.hypotheses.screening import ALIGNED_AT_A_PLACE, of_all_places
+from tracking.hypotheses.search import best_places, search
 from tracking.hypotheses.yaws import likeliest_yaws
 from tracking.model.templates import Cuts, compare
 

@@ -152,6 +152,7 @@ def locate_camera(
         ValueError: the room is too small to stand in, or nothing in it is free.
     """
     search = _Search(frame, room, renderer, objects)
+    is_cancelled = cancelled or _never
     if near_world_from_rig is not None:
         if progress is not None:
             progress(0.0, "looking where it stood")
@@ -172,22 +173,20 @@ def locate_camera(
                 objects=objects,
                 rng=rng,
                 progress=lambda share, what, report=report: report(MAP_SHARE * share, what),
-                cancelled=cancelled,
+                cancelled=is_cancelled,
             )
-        candidates = [] if room_map is None else hypotheses(room_map, frame)
-        for number, world_from_rig in enumerate(candidates):
-            if cancelled is not None and cancelled():
-                break
-            done = number / len(candidates)
-            report(MAP_SHARE + (HYPOTHESES_SHARE - MAP_SHARE) * done, "comparing places")
-            search.refine(world_from_rig)
-        if cancelled is not None and cancelled():
+        if room_map is not None:
+            search.refine_all(hypotheses(room_map, frame), report, is_cancelled)
+        if is_cancelled():
             return search.refused("it was cancelled")
         report(HYPOTHESES_SHARE, "refining")
-        located = search.judged()
-        if located.trusted:
+        if (located := search.judged()).trusted:
             break
     return located
+
+
+def _never() -> bool:
+    return False
 
 
 def best_of(found: Sequence[Refined]) -> tuple[Refined, float]:
@@ -214,6 +213,17 @@ class _Search:
     def refine(self, world_from_rig: Pose) -> None:
         """Refine a hypothesis and weigh it."""
         self.found.append(refined(self._frame, world_from_rig, self._posed, self._renderer))
+
+    def refine_all(
+        self, poses: Sequence[Pose], report: Progress, is_cancelled: Callable[[], bool]
+    ) -> None:
+        """Refine and weigh hypotheses until that is cancelled, and report the share of them."""
+        for number, world_from_rig in enumerate(poses):
+            if is_cancelled():
+                return
+            done = number / len(poses)
+            report(MAP_SHARE + (HYPOTHESES_SHARE - MAP_SHARE) * done, "comparing places")
+            self.refine(world_from_rig)
 
     def judged(self) -> Located:
         """The best hypothesis, refined with the lenses, and whether it holds."""
