@@ -230,7 +230,7 @@ class _Session:
         return events
 
     def _picture(self, t_ns: int) -> Delivered:
-        """What the camera delivers now, and what it would without a sensor."""
+        """Take the pictures of a moment, and those without a sensor."""
         faults, t_s = self._scenario.faults, t_ns / NANOSECONDS
         view = self._camera.view(self._placements(t_s))
         pictures: tuple[NDArray[np.uint8], ...] = tuple(lens.rgb for lens in view.lenses)
@@ -351,7 +351,7 @@ class _Session:
         return tuple(avatars)
 
     def _annotations(self, t_ns: int) -> tuple[Annotation, ...]:
-        """What was drawn since this was asked last."""
+        """Return what was drawn since this was asked last."""
         since_s, now_s = self._drawn_s, t_ns / NANOSECONDS
         self._drawn_s = now_s
         local = (line for actor in self._actors for line in actor.new_annotations())

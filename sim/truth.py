@@ -33,7 +33,7 @@ class PersonTruth:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GroundTruth:
-    """What only a simulator knows of a frame. Rides beside the frame, past every stage.
+    """Ground truth of a frame. Rides beside the frame, past every stage.
 
     Recordings, scores and stand-ins for trained networks read it; no tracker does.
 

@@ -75,7 +75,7 @@ class CameraOptions:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LensView:
-    """What one lens sees, before the sensor.
+    """Picture of one lens, before the sensor.
 
     Attributes:
         rgb: (H, W, 3) uint8, free of noise.
@@ -115,7 +115,7 @@ class _Lens:
 
 @dataclass(slots=True, eq=False)
 class _BodyState:
-    """What the camera remembers of a body from frame to frame."""
+    """State of a body from frame to frame."""
 
     placement: Placement
     drawn: tuple[DrawnBody, ...]
@@ -246,7 +246,7 @@ class Camera360:
         )
 
     def _alone(self, name: str, placement: Placement, lens: _Lens) -> DrawAlone:
-        """What draws a body alone through a lens."""
+        """Return what draws a body alone through a lens."""
         look = self._look
         if look is not None and look.draws(name):
             return lambda rect: look.body(name, lens.fine, lens.lens_from_world, placement, rect)

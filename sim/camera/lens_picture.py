@@ -124,7 +124,7 @@ def draw_room(
 
 
 def laid_over(below: Layer, above: Layer) -> Layer:
-    """What is nearer of two layers of the same lens."""
+    """Compose two layers of the same lens: the nearer of both."""
     nearer = above.range_m < below.range_m
     rgb = np.where(nearer[..., None], above.rgb, below.rgb)
     return Layer(rgb, np.where(nearer, above.range_m, below.range_m), below.ids)

@@ -149,7 +149,7 @@ class PixelRect:
 
 @dataclass(slots=True, eq=False)
 class _Uniforms:
-    """What the shaders of one mesh need next time it is drawn; read by VTK's callback."""
+    """Uniforms of one mesh's shaders for its next drawing; read by VTK's callback."""
 
     lens_from_mesh: vtkMatrix4x4
     light: Light = UNLIT

@@ -38,7 +38,7 @@ CODE_CORNERS = np.array([[-0.5, 0.5, 0.0], [0.5, 0.5, 0.0], [0.5, -0.5, 0.0], [-
 """(4, 3) in sides of a code: top left, top right, bottom right, bottom left to its reader."""
 
 PERSON = "person"
-"""What every person is labelled with."""
+"""Label of every person."""
 
 Pictures = Literal["png", "jpg", "video"]
 

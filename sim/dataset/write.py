@@ -31,7 +31,7 @@ Progress = Callable[[float, str], None]
 
 @dataclass(frozen=True, slots=True)
 class DatasetOptions:
-    """What is written.
+    """Form and extent of a data set.
 
     Attributes:
         form: "room-c" (docs/datasets.md) or "bop".
@@ -61,7 +61,7 @@ class DatasetOptions:
 
 @dataclass(frozen=True, slots=True)
 class Written:
-    """What lies in the folder.
+    """Contents of a folder that was written.
 
     Attributes:
         frames: of the sequence.

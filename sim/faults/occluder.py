@@ -118,7 +118,7 @@ def panel_placement(
     *,
     share: float,
 ) -> Placement:
-    """Where the sheet hides a share of an object's silhouette from the lens that sees it best.
+    """Place the sheet to hide a share of an object's silhouette from the lens that sees it best.
 
     Args:
         item: the object.

@@ -1,4 +1,4 @@
-"""Where a person may stand: the floor of a room on a grid, worked out once."""
+"""Free floor of a room for people, on a grid, worked out once."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ NEIGHBOURS = np.ones((3, 3), dtype=np.bool_)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FreeFloor:
-    """Where a person may stand.
+    """Cells of the floor on which a person may stand.
 
     Attributes:
         free: (rows, columns) bool; row is y, column is x.

@@ -71,7 +71,7 @@ class Actor:
 
     @property
     def action_index(self) -> int:
-        """Which action is under way, counted from 0; their number when all are done."""
+        """Index of the action under way; the number of actions when all are done."""
         return self._index
 
     @property
@@ -95,7 +95,7 @@ class Actor:
         return self.person.target()
 
     def new_annotations(self) -> tuple[Annotation, ...]:
-        """What has been drawn, or has grown, since this was asked last."""
+        """Return the lines that were drawn, or have grown, since this was asked last."""
         drawn = self.person.drawings
         fresh = tuple(line for key, line in drawn.items() if self._shown.get(key) is not line)
         self._shown = dict(drawn)

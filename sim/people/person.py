@@ -134,7 +134,7 @@ class Person:
         )
 
     def target(self) -> PersonTarget:
-        """What the person wants now."""
+        """Targets of the person's feet and hands."""
         b = self.body
         left, right = (HandTarget(h.position.copy(), h.yaw, h.solid, h.holds) for h in b.hands)
         if b.seated > 0.0:
@@ -185,7 +185,7 @@ class Person:
         )
 
     def floor(self, *, ignore: str | None = None, apart_m: float = 0.0) -> FreeFloor:
-        """Where the person may walk now.
+        """Return the floor on which the person may walk at this moment.
 
         Args:
             ignore: an object of which only the core is in the way.

@@ -1,4 +1,4 @@
-"""Where a person's limbs are: walking legs, bent knees and back, arms that reach for objects."""
+"""Poses of a person's limbs: walking legs, bent knees and back, arms that reach for objects."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ BENDS = tuple(Bend.of_effort(float(effort)) for effort in np.linspace(0.0, 1.0, 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Posture:
-    """What decides a person's shape at one instant.
+    """Parameters of a person's shape at one instant.
 
     Attributes:
         position: (2,) on the floor, world metres.

@@ -108,7 +108,7 @@ class World:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What had to be assumed or changed at the start: nothing, all of the room is known."""
+        """Assumptions and changes at the start: none, all of the room is known."""
         return ()
 
     def step(self, duration_ns: int) -> None:

@@ -25,7 +25,7 @@ PICTURE_PX = 48
 """Side of the two pictures in which the surroundings are seen: irradiance is smooth (Ramamoorthi
 and Hanrahan 2001: nine numbers hold it to 1 %), so 4 degrees a pixel are enough."""
 COSINE_BANDS = np.array([math.pi] + [2.0 * math.pi / 3.0] * 3 + [math.pi / 4.0] * 5)
-"""What a cosine does to each harmonic of the light (Ramamoorthi and Hanrahan 2001, eq. 8)."""
+"""Factor of a cosine lobe for each harmonic of the light (Ramamoorthi and Hanrahan 2001, eq. 8)."""
 MIN_IRRADIANCE = 1e-3
 MAX_GAIN = 2.5
 """A surface becomes at most so much lighter or darker than in the scan, in light: beyond that the
@@ -41,7 +41,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Irradiance:
-    """What arrives at a place, by direction of the surface.
+    """Irradiance at a place, by direction of the surface.
 
     Attributes:
         coefficients: (9, 3) spherical harmonics to degree 2 of linear RGB.

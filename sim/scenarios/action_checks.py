@@ -27,7 +27,7 @@ from sim.scenarios.actions import (
 from sim.tables import ScenarioError
 
 HEAVIEST_KG = HAND_FORCE_LIMIT_N / 9.81 - 1.0
-"""What one hand lifts, with a kilogram's force left to move it."""
+"""Mass that one hand lifts, kg, with a kilogram's force left to move it."""
 ARM_M = 1.2
 """Distance from free floor within which a hand gets to something, leaning forward."""
 NEAR_M = 0.6

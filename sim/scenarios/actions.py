@@ -206,9 +206,9 @@ ACTION_NAMES: dict[type[Action], str] = {
     Point: "point",
     Draw: "draw",
 }
-"""What a scenario file calls each action."""
+"""Names of the actions in scenario files."""
 
 
 def name_of(action: Action) -> str:
-    """What a scenario file calls an action."""
+    """Name of an action in scenario files."""
     return ACTION_NAMES[type(action)]

@@ -122,7 +122,7 @@ def _push_goal(
     walkable: FreeFloor,
     camera: Vector,
 ) -> Vector | None:
-    """Where an object can be pushed straight: free ahead of it, and behind it for who pushes."""
+    """Find where an object can be pushed straight: free ahead, and behind it for the person."""
     pose = item.world_from_object
     at = pose.translation[:2]
     others = [

@@ -28,7 +28,7 @@ from sim.tables import ScenarioError, Table
 
 SCENARIO_FOLDER = Path(__file__).parent
 DEFAULT_SCENARIOS = {"lab": "lab-rearrange", "desk": "desk-reading", "tangram": "tangram-lesson"}
-"""Which built-in scenario belongs to which built-in room."""
+"""Built-in scenario of each built-in room."""
 
 ROOM_MARGIN_M = 0.05
 AIM_M = 0.2
@@ -60,7 +60,7 @@ class CameraSettings:
 
     @property
     def world_from_rig(self) -> Pose | None:
-        """Where the scenario puts the camera, or None."""
+        """Pose of the camera, or None where the scenario leaves it to the room."""
         if self.position is None:
             return None
         eye, turn = np.array(self.position), math.radians(self.facing_deg)

@@ -19,7 +19,7 @@ NANOSECONDS = 1_000_000_000
 
 
 class FaultKind(StrEnum):
-    """What can go wrong."""
+    """Kinds of faults on the wire."""
 
     DELAY = "delay"
     JITTER = "jitter"
@@ -40,7 +40,7 @@ FILMED = frozenset({FaultKind.BUMP, FaultKind.LIGHT})
 
 @dataclass(frozen=True, slots=True)
 class FaultRange:
-    """What a fault's size may be.
+    """Range of a fault's size.
 
     Attributes:
         unit: of the size, empty where it has none.
@@ -129,7 +129,7 @@ class WireFault:
 
 @dataclass(frozen=True, slots=True)
 class WireState:
-    """What a moment is like.
+    """State of the wire at one moment.
 
     Attributes:
         delay_s: every picture is sent that much later.
@@ -188,7 +188,7 @@ class FaultSchedule:
         self._set((*self.faults, fault))
 
     def at(self, t_ns: int) -> WireState:
-        """What a moment is like, nanoseconds from the stream's beginning."""
+        """State of the wire, nanoseconds from the stream's beginning."""
         t_s = t_ns / NANOSECONDS
         there = [fault for fault in self.faults if fault.holds(t_s)]
         kinds = {fault.kind for fault in there}
@@ -230,7 +230,7 @@ class FaultSchedule:
 
 
 def film_faults(faults: Iterable[WireFault]) -> tuple[Fault, ...]:
-    """What is drawn into the film, as the rehearsal's own faults."""
+    """Faults drawn into the film, as the rehearsal's own."""
     found: list[Fault] = []
     for fault in faults:
         if fault.kind is FaultKind.BUMP:
@@ -246,7 +246,7 @@ def _overlap(fault: WireFault, from_s: float, to_s: float) -> float:
 
 
 KEYS = ("at", "for", "size")
-"""What may be said of a fault: begin and duration in seconds, and its size."""
+"""Keys of a fault: begin and duration in seconds, and its size."""
 
 
 def read_fault(text: str) -> WireFault:

@@ -1,4 +1,4 @@
-"""What a simulated Insta360 camera does when asked over HTTP: options, pictures, recordings, files.
+"""A simulated Insta360 camera over HTTP: options, pictures, recordings, files.
 
 Requests in, replies out; no socket, no thread. Values and errors are those of the vendor's page of
 its Open Spherical Camera interface.
@@ -13,7 +13,7 @@ from devices.clock import Clock
 from devices.insta360.commands import CameraInfo
 
 FOLDER = "/DCIM/Camera01/"
-"""Where the camera keeps its files."""
+"""Folder of the camera's files."""
 
 MAX_FILES = 256
 """Files on the simulated card; the oldest goes when another one is made."""

@@ -32,7 +32,7 @@ REQUEST_S = 15.0
 
 @dataclass(frozen=True, slots=True)
 class OscFaults:
-    """What is wrong with the camera; may be exchanged while it runs.
+    """Faults of the camera; may be exchanged while it runs.
 
     Attributes:
         delay_s: replies are that late.
@@ -76,7 +76,7 @@ class OscServer:
 
     @property
     def address(self) -> tuple[str, int]:
-        """Where it listens."""
+        """Address at which it listens."""
         host, port = self._http.server_address[:2]
         return str(host), port
 

@@ -69,7 +69,7 @@ _UNKNOWN_COMMAND, _UNKNOWN_BODY, _EXECUTE = 1, 2, 3
 
 @dataclass(frozen=True, slots=True)
 class PreviewFaults:
-    """What is wrong with the camera or the way to it; may be exchanged while it runs.
+    """Faults of the camera and of the way to it; may be exchanged while it runs.
 
     Attributes:
         delay_s: every picture is sent that much later.
@@ -132,12 +132,12 @@ class PreviewServer:
         self.sent_units = 0
         """Access units handed to the network so far."""
         self.set_times: tuple[int, int] | None = None
-        """What a client set the clock to last: seconds since 1970 and east of Greenwich."""
+        """Clock as a client set it last: seconds since 1970 and east of Greenwich."""
         self._port.start(self._accept)
 
     @property
     def address(self) -> tuple[str, int]:
-        """Where it listens."""
+        """Address at which it listens."""
         return self._port.address
 
     def close(self) -> None:
@@ -166,7 +166,7 @@ class PreviewServer:
         self._client = _Client(self, connection, Random(self._seed + self.connections))
 
     def reply(self, command: Message) -> Message:
-        """What the camera answers to a command; starting and stopping is left to the caller."""
+        """Answer a command; starting and stopping is left to the caller."""
         try:
             body = self._body(command)
         except ProtobufError as error:

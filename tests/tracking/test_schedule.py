@@ -1,4 +1,4 @@
-"""What no frame needs at once is done in turn, less often while frames are late, but never not."""
+"""Work that no frame needs at once is done in turn, less often while frames are late."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def schedules(numbers: Sequence[int]) -> list[Schedule]:
 
 
 def turns(seen: Sequence[Schedule]) -> list[list[int]]:
-    """Whose turn it was: of what is measured and of what is learned."""
+    """Turns that came: of measurements and of bands to learn."""
     kinds = ([schedule.measures, schedule.learns] for schedule in seen)
     measured, learned = zip(*kinds, strict=True)
     return [[turn for turn in kind if turn is not None] for kind in (measured, learned)]

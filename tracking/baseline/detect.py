@@ -55,7 +55,7 @@ class Detection:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Expected:
-    """What a detector may know of an object beforehand.
+    """An object as far as a detector may know it beforehand.
 
     Attributes:
         object_id: which object.
@@ -79,7 +79,7 @@ class Detector(Protocol):
 
 
 class BackgroundDetector:
-    """What differs from the empty room, split among the objects expected near it.
+    """Finds differences to the empty room and splits them among the objects expected there.
 
     A blob may hold a person and an object at once: each pixel goes to the expected object that its
     colour and place fit best, or to nobody.

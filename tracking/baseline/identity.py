@@ -29,7 +29,7 @@ MOTION_PX = 3.0
 
 
 class Visibility(StrEnum):
-    """What the identity layer says about an object in a frame."""
+    """Visibility of an object in a frame, by the identity layer."""
 
     VISIBLE = "visible"
     PARTIAL = "partially occluded"

@@ -57,7 +57,7 @@ UNCERTAINTY = np.diag([0.1**2] * 4)
 
 @dataclass(frozen=True, slots=True)
 class PaperOptions:
-    """What the paper's local user may change.
+    """Settings that the paper's local user may change.
 
     Attributes:
         fov_deg: field of view of the rectified front view.
@@ -68,7 +68,7 @@ class PaperOptions:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PaperState:
-    """What the paper's tracker remembers between frames.
+    """State of the paper's tracker between frames.
 
     Attributes:
         tracks_2d: identity layer, by object id; only objects that were found.
@@ -238,7 +238,7 @@ class PaperTracker:
     def _expect(
         self, source: ObjectModel, state: PaperState, view: RectifiedView
     ) -> Expected | None:
-        """Where the detector should look: the last box, or the scan's box before the first."""
+        """The box in which the detector should look: the last one, or the scan's at first."""
         pose = state.tracks[source.object_id].kalman.pose()
         in_camera = view.world_from_camera.inverse() @ (pose @ box_corners(source))
         pixels, valid = view.camera.project(in_camera)

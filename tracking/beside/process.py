@@ -100,7 +100,7 @@ def _serve_next(
 
 
 def _answer(parts: Sequence[Part], is_given_up: Callable[[], bool]) -> list[Part]:
-    """What an order gives, encoded; empty if it is given up."""
+    """Return the encoded result of an order; empty if it is given up."""
     try:
         order = cast(Order, decoded(parts))
         return encoded(Answer(order(FrameBudget(is_given_up=is_given_up))))

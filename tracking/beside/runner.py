@@ -86,7 +86,7 @@ class _Process:
         self._numbers.put(number)
 
     def answer(self, number: int) -> Answer | None:
-        """What a search gave; None while it is computed."""
+        """Return the result of a search; None while it is computed."""
         with self._lock:
             return self._answers.pop(number, None)
 

@@ -131,7 +131,7 @@ def _judged(
     twist: Points,
     noise: float,
 ) -> CommonMotion | None:
-    """What the sectors say of a motion, at the largest size."""
+    """Judge a motion by the sectors, at the largest size."""
     size = len(STEPS) - 1
     details = [watch.sizes[size] for watch in watches]
     left = _residuals(watches, pictures, size, twist)

@@ -1,4 +1,4 @@
-"""Where the live picture of one lens shows what is drawn of the room: displacements of windows.
+"""Displacements of windows: from the drawn room to the live picture of one lens.
 
 What a window says is independent of whether it agrees with the pose, other than single pixels' grey
 values, of which those that lie where both pictures are steep confirm any pose.
@@ -40,7 +40,7 @@ WINDOW_SIGMA_PX = 0.2
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Displacements:
-    """What N windows of one lens say. Angles are pixels over the lens's focal length.
+    """Displacements of N windows of one lens. Angles are pixels over the lens's focal length.
 
     Attributes:
         pixels: (N, 2) centres in px of the lens at `f_px`.

@@ -164,7 +164,7 @@ def averaged(pictures: Sequence[Sequence[NDArray[np.uint8]]]) -> list[NDArray[np
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _State:
-    """What is believed of the camera."""
+    """Estimate of the camera's pose and lenses."""
 
     rig: Rig
     world_from_rig: Pose

@@ -136,7 +136,7 @@ def _facing(range_m: FloatArray, f_px: float) -> FloatArray:
 
 
 def _continuous(range_m: FloatArray) -> NDArray[np.bool_]:
-    """Where neighbouring ranges agree to 10 %: drawn range means nothing across an edge."""
+    """Mask of pixels whose neighbours' ranges agree to 10 %: range means nothing across an edge."""
     kernel = np.ones((5, 5), np.uint8)
     return cv2.dilate(range_m, kernel) - cv2.erode(range_m, kernel) < 0.1 * np.maximum(range_m, 0.1)
 

@@ -131,7 +131,7 @@ def looked_through(known: RigState, frame: Frame) -> RigState:
 def camera_notices(
     before: RigState | None, after: RigState, now_ns: int
 ) -> tuple[CameraNotice, ...]:
-    """What is to be said of the camera after a frame, in order; nothing while it stands.
+    """Notices about the camera after a frame, in order; none while it stands.
 
     Args:
         before: state before the frame.

@@ -46,7 +46,7 @@ Points = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Details:
-    """What a lens saw at one size.
+    """A lens's picture at one size.
 
     Attributes:
         camera: the lens at this size.
@@ -69,7 +69,7 @@ class Details:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Watch:
-    """What one lens saw.
+    """A lens's picture at the pose it was calibrated at.
 
     Attributes:
         rig_from_lens: where it sits.
@@ -87,7 +87,7 @@ SECTORS = 8
 def watched(
     image: NDArray[np.uint8], camera: Fisheye, rig_from_lens: Pose, range_m: FloatArray
 ) -> Watch:
-    """What to compare later pictures with.
+    """Return what later pictures are compared with.
 
     Args:
         image: (H, W, 3) uint8 of the lens.

@@ -1,4 +1,4 @@
-"""What a window shows, in the terms in which every pose of an object is compared.
+"""Observation of a window, in the terms in which every pose of an object is compared.
 
 Each pixel has three competing accounts: the room as it was without the object, something that is in
 no scan, and the object at a pose. The first two do not depend on the pose and are computed here,

@@ -1,4 +1,4 @@
-"""What the picture says about where an object is believed to be: the decisions of a frame.
+"""Posterior odds of an object's pose in a frame, and the decisions that follow from them.
 
 One rule for all objects and sizes: log odds, in nats. What is not seen says nothing, so nothing
 that is not seen is moved.
@@ -75,7 +75,7 @@ class Belief:
 
 
 def believed(task: Task, observation: Observation, fit: Fit) -> Belief:
-    """What the window of a measurement says for it, and for the pose before it."""
+    """Weigh a measurement and the pose before it by its window."""
     model, renderer = task.model, task.scene.renderer
     return Belief(
         observation,

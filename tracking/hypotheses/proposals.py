@@ -1,4 +1,4 @@
-"""Where an object may stand: support planes × yaws, compared with small pictures of the object.
+"""Proposals: support planes × yaws, compared with small pictures of the object.
 
 Proposals only propose. A whole lens picture is compared with what is known of the room; every place
 on a support plane is cut out of that, upright and at the object's size, and compared with its
@@ -154,7 +154,7 @@ def _ahead(look: LensLook, centres: Points) -> Points:
 
 
 def cuts_at(look: LensLook, model: TrackModel, places: Points) -> Cuts:
-    """What a lens shows at some places, upright and as large as the templates."""
+    """Cut a lens picture at some places, upright and as large as the templates."""
     centres = places + model.centre_m
     return cut_out(look.picture, look.camera, look.world_from_lens, centres, model.radius_m)
 

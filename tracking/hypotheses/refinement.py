@@ -1,4 +1,4 @@
-"""What a rough pose of an object comes to, by outline and by colours, and how likely it is."""
+"""Refinement of a rough pose by outline and by colours, and its likelihood."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def refined(
     quickly: bool = False,
     budget: FrameBudget | None = None,
 ) -> Hypothesis:
-    """What a rough pose comes to: the likeliest of the solved, the colour-fitted and the start.
+    """Refine a rough pose: the likeliest of the solved, the colour-fitted and the start.
 
     It is solved from where it is, and from where its colours lie on the picture. Colours know a
     place better than a yaw, so that place is tried with the yaw of the start, too.

@@ -282,7 +282,7 @@ def _climbed(
     hypothesis: Hypothesis,
     budget: FrameBudget,
 ) -> Hypothesis:
-    """What the likelihood itself leads to from a refined pose, refined once more, if likelier."""
+    """Climb the likelihood itself from a refined pose and refine once more, if that is likelier."""
     observation, pose = window.observation, hypothesis.world_from_object
     start = climbed(observation, model, pose, scene, budget=budget)
     other = refined(scene, model, start, window.evidence, observation, budget=budget)

@@ -45,7 +45,7 @@ class _Seen:
 
 
 def support_of(observation: Observation, pictures: DrawnObject, terms: Terms) -> PoseSupport:
-    """What an observation says for an object that is drawn at a pose.
+    """Support of an observation for an object that is drawn at a pose.
 
     Args:
         observation: of a window around the pose.

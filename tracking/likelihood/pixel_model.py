@@ -106,7 +106,7 @@ class Terms:
 
 @dataclass(frozen=True, slots=True)
 class PoseSupport:
-    """What a window says for an object at a pose.
+    """Support of a window for an object at a pose.
 
     Attributes:
         nats: log likelihood ratio of the object there against its absence.

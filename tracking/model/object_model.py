@@ -142,7 +142,7 @@ class TrackModel:
         return next(level for level in self.levels if radius_px <= level.max_radius_px)
 
     def splats_at(self, world_from_object: Pose) -> PosedSplats:
-        """What to hand to a renderer."""
+        """The object's splats at a pose, for a renderer."""
         return PosedSplats(self.source.splats, world_from_object)
 
 

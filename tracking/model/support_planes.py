@@ -59,7 +59,7 @@ MAX_SURFACES = 8
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SupportPlanes:
-    """Where an object can stand in a room.
+    """Level surfaces of a room on which an object can stand.
 
     Attributes:
         heights_m: of the planes, ascending.

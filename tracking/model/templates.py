@@ -59,7 +59,7 @@ class Templates:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cuts:
-    """What the live picture shows at some places, upright and as large as a template.
+    """Cuts of the live picture at some places, upright and as large as a template.
 
     Attributes:
         colours: (P, N, 3) float32 0..1.

@@ -24,7 +24,7 @@ from tracking.window.contour import Contour, Texture
 Points = NDArray[np.float64]
 
 MIN_VARIANCE = 0.5
-"""What a contour's residuals may make of the variance expected of them, however small they are."""
+"""Least factor of a contour's expected variance, however small its residuals are."""
 
 SUPPORT_SIGMA_M = 0.0015
 """How well a scan knows the height of a support, and of what stands on it."""

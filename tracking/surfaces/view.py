@@ -1,4 +1,4 @@
-"""Where each pixel of a live surface comes from: four corners in the world, seen by the lenses.
+"""Sampling tables of a live surface: four corners in the world, seen by the lenses.
 
 A surface is a planar quad (paper 4.3). Its picture is spread over the quad by the homography that
 takes the picture's corners to the quad's, so straight lines stay straight; each pixel's place in
@@ -42,7 +42,7 @@ BEYOND = 1.2
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LensTable:
-    """Where a surface's pixels are in one lens.
+    """Coordinates of a surface's pixels in one lens.
 
     Attributes:
         lens: its index.

@@ -138,7 +138,7 @@ def _put_down(
 
 
 def _hold(person: Person, object_id: str) -> Vector:
-    """Where the hand is above the origin of what it holds."""
+    """Place of the hand above the origin of the object it holds."""
     return np.array([0.0, 0.0, person.room.object_by_id(object_id).box_m[2] + GRASP_HEIGHT_M])
 
 

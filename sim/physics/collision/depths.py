@@ -1,4 +1,4 @@
-"""What patches learn from those around them: how they are tilted, and how thick they are."""
+"""Tilt and thickness of patches, by those around them."""
 
 from __future__ import annotations
 

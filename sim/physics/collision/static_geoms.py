@@ -40,7 +40,7 @@ class OutOfSpares(RuntimeError):
 
 
 class StaticGeoms:
-    """What stands still, as geoms of a model.
+    """Static geometry as geoms of a model.
 
     Args:
         spec: the model that is built; they are added to it.
@@ -189,7 +189,7 @@ def _boxes(patches: Patches, lowered_m: Array) -> tuple[Array, Array, Array]:
 
 
 def _rows_of(slots: NDArray[np.int64], all_slots: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Where each of some slots stands among all of them."""
+    """Row of each of some slots among all of them."""
     order = np.argsort(all_slots)
     return order[np.searchsorted(all_slots, slots, sorter=order)]
 

@@ -23,7 +23,7 @@ REACH_CELLS = 1
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Surface:
-    """What stands still, ready for physics.
+    """Static surface, ready for physics.
 
     Attributes:
         grid: the cells that patches are fitted in.

@@ -19,7 +19,7 @@ ROLLING_M = 0.001
 
 
 class Shape(Enum):
-    """What a primitive is."""
+    """Kind of a primitive."""
 
     BOX = "box"
     SPHERE = "sphere"

@@ -16,7 +16,7 @@ from sim.physics.collision.grid import Array
 from sim.physics.engine import mujoco
 
 FASTEST_M_PER_S = 4.0
-"""What a tracker says moves faster was found again elsewhere, not carried there."""
+"""Speed above which a tracked object was found again elsewhere, not carried there."""
 FASTEST_RAD_PER_S = 4.0 * math.pi
 MIN_S = 1e-9
 """Time below which a motion is over; rounding leaves as much."""
@@ -26,7 +26,7 @@ CLEAR_M = 0.002
 
 @dataclass(slots=True)
 class _Motion:
-    """Where one is going: metres and radians per second, for a time that is left."""
+    """Velocity of a body, metres and radians per second, for a time that is left."""
 
     linear: Array
     angular: Array

@@ -69,7 +69,7 @@ def scanned_object(item: ObjectModel) -> PhysicalObject:
 
 
 def missing(item: ObjectModel) -> str:
-    """What the simulation had to do without, as a sentence for people."""
+    """Sentence for people about what the simulation had to do without."""
     solid = f"its {len(item.parts)} solid parts" if item.parts else "the box around it"
     mass = "" if item.guessed_mass_kg else "; its mass is guessed from that box"
     return (

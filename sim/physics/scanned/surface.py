@@ -25,9 +25,9 @@ LARGEST_M = 200.0
 LOWEST_M = -0.5
 """Height of a mesh's lowest corner down to which z = 0 is taken to be its floor."""
 OBJECT_MARGIN_M = 0.02
-"""What of a scan lies so near to a movable object is the object, not the room."""
+"""Distance from a movable object within which a scan shows the object, not the room."""
 SHELL_MARGIN_M = 0.06
-"""And so near, if it looks away from the object: a mesh is fused in cells of 3 to 5 cm."""
+"""The same distance where it looks away from the object: a mesh is fused in cells of 3 to 5 cm."""
 SHRED_M2 = 0.1
 """Surface of a piece below which it is a shred: no wall, and what is left of an object."""
 SUPPORT_M = 0.01
@@ -52,7 +52,7 @@ ON_OBJECT_M = 0.04
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ScannedSurface:
-    """What stands still around objects that stand in it.
+    """Static surface around the objects that stand in it.
 
     Attributes:
         surface: none of its patches reaches into an object.

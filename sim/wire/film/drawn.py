@@ -228,7 +228,7 @@ class _Backward:
         self._encode()
 
     def units(self) -> Iterator[tuple[int, bytes, bool]]:
-        """Which picture each unit shows, its bytes, and whether it is a keyframe."""
+        """Number of each unit's picture, its bytes, and whether it is a keyframe."""
         for group in reversed(self._groups):
             yield from group
 

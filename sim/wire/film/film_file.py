@@ -71,7 +71,7 @@ class FilmWriter:
         self._truth.append(truth)
 
     def add_events(self, events: Sequence[Event]) -> None:
-        """What has happened."""
+        """Append events."""
         self._events += events
 
     def close(self) -> None:

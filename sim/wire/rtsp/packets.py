@@ -67,7 +67,7 @@ class Packetiser:
         return self._first_tick + t_ns * CLOCK_HZ // 1_000_000_000 & 0xFFFFFFFF
 
     def report(self, t_ns: int, wall_ns: int) -> bytes:
-        """What the sender says of the stream: which of its times was when, and how much was sent.
+        """Report on the stream: the clock time of one of its times, and how much was sent.
 
         Args:
             t_ns: a time of the stream.
@@ -106,7 +106,7 @@ def parameter_sets(annex_b: bytes) -> tuple[bytes, bytes]:
 
 
 def session_description(keyframe: bytes, *, fps: float, host: str) -> str:
-    """What a player has to know before it asks for packets (SDP, RFC 4566 and RFC 6184).
+    """Describe the stream to a player before it asks for packets (SDP, RFC 4566 and RFC 6184).
 
     Args:
         keyframe: one of the stream, for its parameter sets.

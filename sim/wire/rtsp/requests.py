@@ -86,7 +86,7 @@ class RequestReader:
         return len(self._held)
 
     def feed(self, data: bytes) -> list[Request | Interleaved]:
-        """What is whole by now.
+        """Return all requests that are whole.
 
         Raises:
             RtspError: it is no RTSP, or longer than allowed.
@@ -152,7 +152,7 @@ def reply(
 
 
 def _header_end(held: bytearray) -> tuple[int, int]:
-    """Where the headers end and what follows them begins; -1 if they do not yet."""
+    """Index at which the headers end and the body begins; -1 if they do not end yet."""
     found = re.search(rb"\r?\n\r?\n", bytes(held[: MAX_HEADER_BYTES + 4]))
     return (-1, -1) if found is None else (found.start(), found.end())
 

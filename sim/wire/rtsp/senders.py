@@ -52,7 +52,7 @@ class Sender(Protocol):
 
 
 class _Numbered:
-    """What both have: the numbers, and when to report."""
+    """Packet numbers and report times, which both senders have."""
 
     def __init__(self) -> None:
         self._packetiser = Packetiser(0, 0, 0)

@@ -51,7 +51,7 @@ SEND_S = 5.0
 """How long a player may take nothing before the camera hangs up."""
 
 METHODS = "OPTIONS, DESCRIBE, SETUP, PLAY, TEARDOWN, GET_PARAMETER"
-"""What can be asked."""
+"""Methods that can be asked for."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +72,7 @@ class StreamUnit:
 
 
 class Viewing(Protocol):
-    """What one player is sent."""
+    """The packets for one player."""
 
     def take(self, timeout_s: float) -> StreamUnit | None:
         """The next unit; None if there is none in time. The first one is a keyframe."""
@@ -89,7 +89,7 @@ class Viewing(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class RtspFaults:
-    """What is wrong with the camera; may be exchanged while it runs.
+    """Faults of the camera; may be exchanged while it runs.
 
     Attributes:
         silent: nothing is sent or read, but connections stay.
@@ -102,7 +102,7 @@ class RtspFaults:
 
 @dataclass(frozen=True, slots=True)
 class RtspStream:
-    """What is served.
+    """The stream that is served.
 
     Attributes:
         path: of its URL, without the first slash.
@@ -153,7 +153,7 @@ class RtspServer:
 
     @property
     def address(self) -> tuple[str, int]:
-        """Where it listens."""
+        """Address at which it listens."""
         return self._port.address
 
     def close(self) -> None:

@@ -24,7 +24,7 @@ slept, or was busy with something else."""
 
 @dataclass(frozen=True, slots=True)
 class CameraPlan:
-    """What a camera plays.
+    """Film and faults that a camera plays.
 
     Attributes:
         film: the pictures.
@@ -76,7 +76,7 @@ class FilmCamera:
         return -1 if self._start_ns is None else self._clock.now_ns() - self._start_ns
 
     def setting(self) -> OutputSetting:
-        """What an output of this camera is made with."""
+        """Setting with which an output of this camera is made."""
         return OutputSetting(
             now=self.now_ns,
             state=self._plan.schedule.at,
@@ -91,7 +91,7 @@ class FilmCamera:
 
     @property
     def outputs(self) -> tuple[Output, ...]:
-        """Where it sends to."""
+        """Outputs that it sends to."""
         return tuple(self._outputs)
 
     @property

@@ -1,4 +1,4 @@
-"""What waits to be sent on one connection: bounded, in order, never before its time."""
+"""Queue of units to send on one connection: bounded, in order, never before their time."""
 
 from __future__ import annotations
 

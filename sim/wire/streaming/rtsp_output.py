@@ -21,7 +21,7 @@ PATH = "room"
 
 @dataclass(frozen=True, slots=True)
 class RtspPlace:
-    """Where it listens.
+    """Address at which it listens.
 
     Attributes:
         host: address.
@@ -166,7 +166,7 @@ class RtspOutput:
 
 
 class _Viewing:
-    """What one player is sent: see `sim.wire.rtsp.server.Viewing`."""
+    """The packets for one player: see `sim.wire.rtsp.server.Viewing`."""
 
     def __init__(self, output: RtspOutput, now: Callable[[], int]) -> None:
         self.outbox = Outbox()

@@ -1,4 +1,4 @@
-"""Where people may stand in a scan: as in the same room of boxes, holes and shreds or not."""
+"""Free floor of a scan: as in the same room of boxes, holes and shreds or not."""
 
 import numpy as np
 import pytest

@@ -31,7 +31,7 @@ def frame_of(images, seq=0):
 
 @pytest.fixture(scope="module")
 def still():
-    """What both lenses saw when the camera was calibrated."""
+    """State of both lenses when the camera was calibrated."""
     frame, ranges_m = frame_of(through_both((0, 0, 0))), (FAR, FAR)
     calibration = Calibration.unrefined(Pose.identity())
     return rig_state(frame, Pose.identity(), calibration, None, ranges_m=ranges_m)

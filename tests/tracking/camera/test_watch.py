@@ -19,7 +19,7 @@ PANORAMA = ((PANORAMA - PANORAMA.mean()) * 6 + 128).clip(0, 255).astype(np.float
 
 
 def seen(turn, *, gain=1.0, seed=0, hidden=0.0):
-    """What the lens shows after a turn (3,), its left part hidden by something plain."""
+    """Picture of the lens after a turn (3,), its left part hidden by something plain."""
     x, y, z = (LENS.unproject(pixel_centres(LENS)) @ rotation_from_vector(np.asarray(turn)).T).T
     across = ((np.arctan2(x, z) / (2 * math.pi) + 0.5) * 800).astype(np.float32)
     down = (np.arccos(np.clip(y, -1, 1)) / math.pi * 400).astype(np.float32)

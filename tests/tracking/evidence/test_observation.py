@@ -1,4 +1,4 @@
-"""What a window shows if the object is not in it."""
+"""Expected picture of a window if the object is not in it."""
 
 import numpy as np
 import pytest
@@ -40,7 +40,7 @@ def test_a_shrunk_observation_shows_the_same_with_fewer_pixels(table, as_scanned
 
 
 def test_what_is_expected_shows_the_neighbours_as_they_were_scanned(table, as_scanned):
-    """Where another object stands, the live picture says nothing about what is expected there."""
+    """The live picture says nothing of what is expected where another object stands."""
     pose = table.poses["mug-1"]
     near = Pose(pose.rotation, pose.translation + np.array([0.08, 0.05, 0.0]))
     neighbours = ((table.models["book-1"], near),)

@@ -1,4 +1,4 @@
-"""What is decided of an object by the odds of a frame."""
+"""Decisions on an object by the odds of a frame."""
 
 import math
 from types import SimpleNamespace

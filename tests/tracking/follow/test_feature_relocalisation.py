@@ -72,7 +72,7 @@ def appearance(pattern):
 
 @pytest.fixture
 def found(monkeypatch, appearance):
-    """Where the thing is found in a picture that differs from the empty room all over."""
+    """Pose found in a picture that differs from the empty room all over."""
 
     def changed(_scene, _model, window, _neighbours):
         return SimpleNamespace(

@@ -1,4 +1,4 @@
-"""What is believed before a frame is measured, and which measurement is believed."""
+"""Prior of a pose before a frame is measured, and acceptance of the measurement."""
 
 from types import SimpleNamespace
 

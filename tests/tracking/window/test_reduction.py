@@ -1,4 +1,4 @@
-"""What of a drawing is kept: the native kernels and their numpy twins."""
+"""Reduction of a rendering: the native kernels and their numpy twins."""
 
 import math
 

@@ -44,12 +44,12 @@ MAP_SHARE, HYPOTHESES_SHARE = 0.5, 0.8
 
 
 NOWHERE = Refined(Pose.identity(), 0, 0)
-"""What is known before anything was looked at."""
+"""The hypothesis before any was refined."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Located:
-    """Where a camera stands.
+    """Pose of a camera in a known room, and how sure it is.
 
     Attributes:
         world_from_rig: the pose; not to be used if there is a refusal.

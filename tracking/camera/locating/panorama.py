@@ -52,7 +52,7 @@ MIN_COVERAGE = 0.5
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Panorama:
-    """What is seen all around.
+    """Low-resolution panorama.
 
     Attributes:
         details: (ROWS, COLUMNS) grey against its neighbourhood, in its contrasts.
@@ -110,7 +110,7 @@ def _beyond(picture: FloatArray, side: int) -> FloatArray:
 
 
 def live_panorama(frame: Frame, world_from_rig: Pose) -> Panorama:
-    """What a camera sees if it is turned like this; where it stands doesn't matter.
+    """Panorama of a camera's live pictures, turned like this; its position doesn't matter.
 
     Args:
         frame: pictures of all lenses.
@@ -157,7 +157,7 @@ def _up_lens() -> tuple[Fisheye, FloatArray, FloatArray]:
 
 
 def drawn_panorama(posed: tuple[PosedSplats, ...], renderer: Renderer, place: Points) -> Panorama:
-    """What is seen of splats from a place.
+    """Panorama of splats from a place.
 
     Args:
         posed: what is drawn.

@@ -1,4 +1,4 @@
-"""What a 360° camera sees from all over a room, compared with pictures at all turns at once."""
+"""Panoramas drawn from all over a room, compared with live pictures at all turns at once."""
 
 from __future__ import annotations
 
