@@ -83,7 +83,7 @@ impl Pictures {
     }
 }
 
-/// Estimates the light in which an object is seen; the twin is `tracking.relight.LitView`.
+/// Estimates the light in which an object is seen; the twin is `tracking.model.relighting.LitView`.
 #[pyclass(frozen, module = "scenes._native", name = "Relighter")]
 pub struct Relighter {
     model: LightModel,

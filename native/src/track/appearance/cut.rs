@@ -1,4 +1,4 @@
-//! Places cut out of a lens picture, upright and all of one size: `tracking.reference.cut_out` says
+//! Places cut out of a lens picture, upright and all of one size: `tracking.solve.numpy_twin.cut_out` says
 //! the same in numpy.
 
 use crate::camera::lens::Lens;

@@ -1,5 +1,5 @@
 //! In what light an object is seen: how much lighter each side is than it was scanned.
-//! `tracking/relight.py` says the same.
+//! `tracking/model/relighting.py` says the same.
 
 use crate::scene::cloud::Cloud;
 use crate::track::appearance::light_fit::{fitted, Light, LightModel, Sample};

@@ -1,5 +1,5 @@
 //! Similarity score of a small object that is rendered over the background and the live picture.
-//! The NumPy reference is `tracking/resemblance.py`.
+//! The NumPy reference is `tracking/model/similarity.py`.
 
 use std::sync::OnceLock;
 

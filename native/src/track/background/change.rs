@@ -1,4 +1,4 @@
-//! What a window of a lens picture shows that the empty room does not: `tracking.reference_change`
+//! What a window of a lens picture shows that the empty room does not: `tracking.solve.numpy_twin.change`
 //! says the same in numpy.
 
 use std::ops::Range;

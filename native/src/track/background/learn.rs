@@ -1,4 +1,4 @@
-//! What some rows of a lens picture show of the empty room: `tracking.reference.learned_rows` says
+//! What some rows of a lens picture show of the empty room: `tracking.solve.numpy_twin.learned_rows` says
 //! the same in numpy.
 
 use crate::track::background::expected::Exposure;

@@ -1,4 +1,4 @@
-//! Where a live window puts the edges of an object's contour: `tracking.reference_edges` says the
+//! Where a live window puts the edges of an object's contour: `tracking.likelihood.edges` says the
 //! same in numpy, and says why.
 
 use crate::track::contour::along;

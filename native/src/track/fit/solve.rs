@@ -1,4 +1,4 @@
-//! Robust Gauss-Newton on an object's contour, texture and prior: `tracking.reference` says the same
+//! Robust Gauss-Newton on an object's contour, texture and prior: `tracking.solve.numpy_twin` says the same
 //! in numpy.
 
 use crate::camera::lens::Lens;
