@@ -23,7 +23,7 @@ from tracking.background.layers import LayerCache, LayerKey
 from tracking.camera.rig_state import RigState, camera_notices
 from tracking.camera.rig_tracker import RigTracker, StandingObjects
 from tracking.evidence.evidence import Neighbour, Scene
-from tracking.follow.first_frame import settled
+from tracking.follow.first_frame import settle_all
 from tracking.follow.follow import follow
 from tracking.follow.outcome import hold, see_anew
 from tracking.follow.redetection import Search, is_missing, redetect
@@ -242,7 +242,7 @@ class Tracker:
         first, *_ = tasks.values()
         if first.is_first:
             # At first there is nothing to be late for.
-            return settled(list(tasks.values()), tracks), state.search
+            return settle_all(list(tasks.values()), tracks), state.search
         if not is_time_left:
             return tracks, state.search
         budget_ms = min(SEARCH_SHARE * first.interval_ns / 1e6, state.options.search_ms)

@@ -28,10 +28,10 @@ from sim.camera.lens_picture import (
     Tolerances,
     clusters,
     compose,
+    compose_nearer,
     draw_body,
     draw_room,
     fine_lens,
-    laid_over,
 )
 from sim.camera.lens_raster import FisheyeRasteriser, Light, PixelRect
 from sim.camera.shadows import ShadowMap, shadow_map
@@ -357,7 +357,7 @@ class Camera360:
             lens_from_world = world_from_lens.inverse()
             room = draw_room(rasteriser, numbers, fine, lens_from_world)
             if self._look is not None:
-                room = laid_over(self._look.room(fine, world_from_lens), room)
+                room = compose_nearer(self._look.room(fine, world_from_lens), room)
             drawn.append(
                 _Lens(
                     fine,

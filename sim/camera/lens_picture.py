@@ -123,7 +123,7 @@ def draw_room(
     return Layer(mean, range_m, np.full(range_m.shape, ROOM_ID, np.uint8))
 
 
-def laid_over(below: Layer, above: Layer) -> Layer:
+def compose_nearer(below: Layer, above: Layer) -> Layer:
     """Compose two layers of the same lens: the nearer of both."""
     nearer = above.range_m < below.range_m
     rgb = np.where(nearer[..., None], above.rgb, below.rgb)

@@ -161,7 +161,7 @@ def check_room_folder(folder: Path) -> Checked:
                 _require_picture(path.parent / frame["file"])
                 images += 1
             for frame in _sample(truth["frames"]) if rigid <= RIGID else ():
-                for seen, off in _compared(path.parent, truth, frame, meshes):
+                for seen, off in _compare(path.parent, truth, frame, meshes):
                     found.append(seen)
                     fraction_off = max(fraction_off, off)
         except (KeyError, IndexError, TypeError) as error:
@@ -171,7 +171,7 @@ def check_room_folder(folder: Path) -> Checked:
     return _sum_up("room-c", images, found, rigid_off=rigid, fraction_off=fraction_off)
 
 
-def _compared(
+def _compare(
     place: Path, truth: dict[str, Any], frame: dict[str, Any], meshes: dict[str, RayScene]
 ) -> list[tuple[Agreement, float]]:
     name, unit_m = frame["name"], truth["range_unit_m"]
@@ -240,7 +240,7 @@ def check_bop(folder: Path) -> Checked:
                     rigid = max(rigid, rigid_error(np.array(values).reshape(3, 3)))
             for image in _sample(list(cameras)) if rigid <= RIGID else ():
                 _require_rgb(scene, int(image))
-                looked = _looked(scene, int(image), cameras[image], size)
+                looked = _read_look(scene, int(image), cameras[image], size)
                 instances = zip(poses[image], gt_infos[image], strict=True)
                 for index, (item, info) in enumerate(instances):
                     file = f"{int(image):06d}_{index:06d}.png"
@@ -257,7 +257,7 @@ def check_bop(folder: Path) -> Checked:
     return _sum_up("bop", images, found, rigid_off=rigid, fraction_off=fraction_off)
 
 
-def _looked(scene: Path, image: int, camera: dict[str, Any], size: dict[str, Any]) -> Looked:
+def _read_look(scene: Path, image: int, camera: dict[str, Any], size: dict[str, Any]) -> Looked:
     steps = read_picture(scene / "depth" / f"{image:06d}.png").astype(np.float64)
     if steps.shape != (size["height"], size["width"]):
         raise ValueError(

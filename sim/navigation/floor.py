@@ -157,11 +157,11 @@ def _in_the_way(room: PhysicalRoom, floor: FreeFloor) -> Mask:
         cells = np.floor((middle[kept, :2] - floor.low_xy) / CELL_M).astype(int)
         size = np.linalg.norm(area_vectors(small[kept]), axis=1)
         np.add.at(area, (cells[:, 1], cells[:, 0]), size)
-        pieces = _halved(pieces[~is_small], np.argmax(edges[~is_small], axis=1))
+        pieces = _halve(pieces[~is_small], np.argmax(edges[~is_small], axis=1))
     return area > MIN_IN_CELL_M2
 
 
-def _halved(triangles: Array, edge: NDArray[np.intp]) -> Array:
+def _halve(triangles: Array, edge: NDArray[np.intp]) -> Array:
     """Triangles (T, 3, 3), each cut in two in the middle of an edge (T,)."""
     rows = np.arange(len(triangles))
     a, b, c = (triangles[rows, (edge + k) % 3] for k in range(3))

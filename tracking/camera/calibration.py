@@ -20,7 +20,7 @@ from scenes.splats import SplatCloud
 from tracking.camera.displacements import Displacements
 from tracking.camera.lens_view import Sight
 from tracking.camera.rigid_fit import rigid_fit
-from tracking.camera.window_search import SEARCH_RAD, searched
+from tracking.camera.window_search import SEARCH_RAD, search_windows
 from tracking.camera.window_slopes import by_slopes
 
 BLURS_PX = (1.5, 1.0, 0.8)
@@ -150,11 +150,11 @@ def calibrate(
     ]
     reach_rad = SEARCH_RAD if is_near else LARGEST_TURN_RAD
     prior = NEAR_INFORMATION if is_near else FAR_INFORMATION
-    seen = [searched(sight, pose, reach_rad=reach_rad) for sight in sights]
-    pose, information = _moved(pose, seen, nominal_world_from_rig, prior)
+    seen = [search_windows(sight, pose, reach_rad=reach_rad) for sight in sights]
+    pose, information = _move(pose, seen, nominal_world_from_rig, prior)
     for blur_px in BLURS_PX:
         seen = [by_slopes(sight, pose, blur_px=blur_px) for sight in sights]
-        pose, information = _moved(pose, seen, nominal_world_from_rig, prior)
+        pose, information = _move(pose, seen, nominal_world_from_rig, prior)
     share = float(np.mean([lens.share for lens in seen]))
     moved = nominal_world_from_rig.inverse() @ pose
     turn, shift = rotation_angle(moved.rotation), float(np.linalg.norm(moved.translation))
@@ -165,7 +165,7 @@ def calibrate(
     return Calibration(used, sigma, share, turn, shift, refusal)
 
 
-def _moved(
+def _move(
     world_from_rig: Pose,
     seen: list[Displacements],
     nominal_world_from_rig: Pose,

@@ -122,10 +122,10 @@ def common_motion(
             twist = twist + step
             if float(np.abs(step).max()) < 1e-5:
                 break
-    return _judged(watches, pictures, twist, noise)
+    return _judge(watches, pictures, twist, noise)
 
 
-def _judged(
+def _judge(
     watches: Sequence[Watch],
     pictures: Sequence[tuple[NDArray[np.float32], ...]],
     twist: Points,

@@ -77,7 +77,7 @@ def glance_at(watch: Watch, image: NDArray[np.uint8]) -> Glance:
     return Glance(corners, _values(image, corners), model)
 
 
-def renewed(glance: Glance, image: NDArray[np.uint8]) -> Glance:
+def renew(glance: Glance, image: NDArray[np.uint8]) -> Glance:
     """The same patches as they look now: another light is there to stay, or somebody is."""
     return Glance(glance.corners, _values(image, glance.corners), glance.model)
 

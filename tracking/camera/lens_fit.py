@@ -24,7 +24,7 @@ from tracking.camera.displacements import Displacements
 from tracking.camera.lens_shape import NAMES, SHAPE, TERMS, by_shape, reshaped, shape_of, sigma_px
 from tracking.camera.lens_view import Sight
 from tracking.camera.rigid_fit import rigid_fit
-from tracking.camera.window_search import searched
+from tracking.camera.window_search import search_windows
 from tracking.camera.window_slopes import by_slopes
 
 Points = NDArray[np.float64]
@@ -142,7 +142,7 @@ def calibrate_lenses(
     seen: list[Displacements] = []
     for reach_deg, f_px, terms in SEARCHES:
         seen = [
-            searched(sight, state.world_from_rig, reach_rad=np.deg2rad(reach_deg), f_px=f_px)
+            search_windows(sight, state.world_from_rig, reach_rad=np.deg2rad(reach_deg), f_px=f_px)
             for sight in sights()
         ]
         state, information, _ = _moved(state, seen, start, terms=terms)
@@ -150,7 +150,7 @@ def calibrate_lenses(
     for blur_px in BLURS_PX:
         seen = [by_slopes(sight, state.world_from_rig, blur_px=blur_px) for sight in sights()]
         state, information, left = _moved(state, seen, start, terms=TERMS)
-    return _judged(state, seen, information, left)
+    return _judge(state, seen, information, left)
 
 
 def averaged(pictures: Sequence[Sequence[NDArray[np.uint8]]]) -> list[NDArray[np.uint8]]:
@@ -234,7 +234,7 @@ def _prior(state: _State, start: _State, terms: int) -> tuple[Points, Points]:
     return np.asarray(np.linalg.solve(information, pull), dtype=np.float64), information
 
 
-def _judged(
+def _judge(
     state: _State, seen: Sequence[Displacements], information: Points, left: Sequence[Points]
 ) -> LensCalibration:
     covariance = np.asarray(np.linalg.inv(information), dtype=np.float64)

@@ -19,7 +19,7 @@ from tracking.background.images import BackgroundImages, Exposure, LensExposures
 from tracking.background.layers import LayerCache, window_of
 from tracking.background.learning import Band, Care, learn, looked_at, whole_lens
 from tracking.camera.calibration import MAX_CARRIED, Calibration, calibrate
-from tracking.camera.rig_state import RigState, looked_through, rig_state
+from tracking.camera.rig_state import RigState, look_through, rig_state
 from tracking.window.window import Layer
 
 
@@ -90,7 +90,7 @@ class RigTracker:
             marked = marker_world_from_rig @ known.marker_world_from_rig.inverse()
             calibration = refine(marked @ known.calibration.world_from_rig)
         else:
-            known = looked_through(known, frame)
+            known = look_through(known, frame)
             if known.motion is not None:
                 calibration = known.calibration.carried_along(known.motion.then_from_now)
                 if is_refined and calibration.carried > MAX_CARRIED:

@@ -84,7 +84,7 @@ SECTORS = 8
 """Sectors of a lens that are asked separately whether the camera moved."""
 
 
-def watched(
+def begin_watch(
     image: NDArray[np.uint8], camera: Fisheye, rig_from_lens: Pose, range_m: FloatArray
 ) -> Watch:
     """Return what later pictures are compared with.

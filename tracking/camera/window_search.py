@@ -39,7 +39,7 @@ SEARCH_RAD = math.radians(3.0)
 """How far a window is looked for: three times a marker's 0.5° and, from 0.5 m on, 1 cm."""
 
 
-def searched(
+def search_windows(
     sight: Sight, world_from_rig: Pose, *, reach_rad: float = SEARCH_RAD, f_px: float = SEARCH_F_PX
 ) -> Displacements:
     """Displacements of the best textured windows.

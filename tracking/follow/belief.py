@@ -15,7 +15,7 @@ from tracking.evidence.observation import Observation
 from tracking.follow.track import Task, Track
 from tracking.hypotheses.hypothesis import CLEAR_NATS, Hypothesis, is_other
 from tracking.hypotheses.prior import MOVED, STAYED, UNSEEN
-from tracking.hypotheses.refinement import placed, refined
+from tracking.hypotheses.refinement import fit_at, refine
 from tracking.hypotheses.yaws import likeliest_yaws
 from tracking.likelihood.pixel_model import PoseSupport
 from tracking.likelihood.pose_likelihood import pose_support
@@ -74,7 +74,7 @@ class Belief:
         return max(self.found.nats, self.before.nats) < -STAYS_NATS
 
 
-def believed(task: Task, observation: Observation, fit: Fit) -> Belief:
+def weigh_measurement(task: Task, observation: Observation, fit: Fit) -> Belief:
     """Weigh a measurement and the pose before it by its window."""
     model, renderer = task.model, task.scene.renderer
     return Belief(
@@ -161,7 +161,7 @@ def at_first(task: Task, evidence: Evidence, belief: Belief) -> Belief | None:
         for start in likeliest_yaws(task.model, evidence, belief.fit.world_from_object):
             if not is_other(task.model, start, belief.fit.world_from_object):
                 continue
-            other = refined(task.scene, task.model, start, evidence, belief.observation)
+            other = refine(task.scene, task.model, start, evidence, belief.observation)
             if other.support.nats > belief.found.nats + MOVED_NATS and is_other(
                 task.model, other.world_from_object, belief.fit.world_from_object
             ):
@@ -171,7 +171,7 @@ def at_first(task: Task, evidence: Evidence, belief: Belief) -> Belief | None:
 
 def at_pose(task: Task, evidence: Evidence, belief: Belief, world_from_object: Pose) -> Belief:
     """The belief with the measurement replaced by a pose that is believed instead."""
-    fit = placed(task.scene, task.model, evidence, world_from_object)
+    fit = fit_at(task.scene, task.model, evidence, world_from_object)
     support = pose_support(belief.observation, task.model, world_from_object, task.scene.renderer)
     return Belief(belief.observation, fit, support, belief.before)
 

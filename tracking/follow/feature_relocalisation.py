@@ -76,7 +76,7 @@ MIN_UPRIGHT = 0.6
 """Share of the PnP inliers that must remain inliers of the upright pose."""
 
 
-def relocalised(task: Task, appearance: AppearanceMemory, last: Points) -> Pose | None:
+def relocalise(task: Task, appearance: AppearanceMemory, last: Points) -> Pose | None:
     """Rough pose of an object from matched features; None if too few match.
 
     Args:

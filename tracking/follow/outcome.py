@@ -20,7 +20,7 @@ from tracking.follow.posterior import CARRIED_SIGMA_M, HEAVY_HEIGHT_M, RECOGNISE
 from tracking.follow.rest import rest_of
 from tracking.follow.track import RESTING_FRAMES, SEARCH_PERIOD_NS, Task, Track
 from tracking.hypotheses.hypothesis import CLEAR_NATS
-from tracking.hypotheses.refinement import START_SIGMA, refined
+from tracking.hypotheses.refinement import START_SIGMA, refine
 from tracking.model.symmetry import ROUND
 from tracking.solve.covariance import uncertainty
 from tracking.solve.gauss_newton import Fit
@@ -172,7 +172,7 @@ def settle(task: Task, evidence: Evidence, belief: Belief) -> Fit:
     x, y, z, yaw = START_SIGMA
     is_carried = task.model.source.box_m[2] < HEAVY_HEIGHT_M and is_lifted(task, start)
     sigma = (x, y, CARRIED_SIGMA_M if is_carried else z, yaw)
-    again = refined(task.scene, task.model, start, evidence, observation, sigma=sigma)
+    again = refine(task.scene, task.model, start, evidence, observation, sigma=sigma)
     return again.fit if again.is_clearly_better(hypothesis_of(belief)) else belief.fit
 
 

@@ -17,7 +17,7 @@ from tracking.follow.posterior import shows_pattern
 from tracking.follow.track import PendingReview, Review, Task, Track
 from tracking.hypotheses.budget import BudgetExhausted, FrameBudget, Step
 from tracking.hypotheses.hypothesis import APART_RAD, Hypothesis, distinct, is_other
-from tracking.hypotheses.refinement import refined
+from tracking.hypotheses.refinement import refine
 from tracking.hypotheses.yaws import likeliest_yaws
 from tracking.model.symmetry import ROUND
 from tracking.solve.gauss_newton import Fit
@@ -47,7 +47,7 @@ TURNED_NATS = MOVED_NATS + math.log(math.pi / APART_RAD)
 it was not moved, times the number of yaws that can be distinguished."""
 
 
-def reviewed(
+def review_yaw(
     task: Task, evidence: Evidence, belief: Belief, *, is_shaken: bool = False
 ) -> tuple[Task, Fit]:
     """The task with its review recorded, and the fit or a clearly likelier one at another yaw.
@@ -99,7 +99,7 @@ def _others(task: Task, pending: PendingReview, budget: FrameBudget) -> list[Hyp
     evidence, pose = pending.evidence, pending.fit.world_from_object
     starts = budget.do(Step.YAWS, likeliest_yaws, task.model, evidence, pose)
     return [
-        refined(
+        refine(
             pending.scene,
             task.model,
             start,
@@ -142,7 +142,7 @@ def _concluded(
         return task, best.fit
     # What the frame of the review shows of the object has moved with it since.
     start = belief.fit.world_from_object @ (reviewed_pose.inverse() @ best.world_from_object)
-    again = refined(task.scene, task.model, start, evidence, belief.observation)
+    again = refine(task.scene, task.model, start, evidence, belief.observation)
     return task, max(again, hypothesis_of(belief), key=lambda other: other.support.nats).fit
 
 

@@ -26,7 +26,7 @@ from tracking.hypotheses.proposals import (
     cuts_at,
     proposed_by_overlap,
 )
-from tracking.hypotheses.refinement import refined
+from tracking.hypotheses.refinement import refine
 from tracking.hypotheses.screening import align_roughly, score_roughly
 from tracking.hypotheses.search import (
     HOPELESS_NATS,
@@ -110,7 +110,7 @@ def search_near(
         aligned.append(align_in_window(scene, model, window, pose))
     min_nats = max(nats for nats, _, _ in aligned) - HOPELESS_NATS
     found = [
-        (refined(scene, model, pose, window.evidence, window.observation), window)
+        (refine(scene, model, pose, window.evidence, window.observation), window)
         for nats, pose, window in aligned
         if nats >= min_nats
     ]

@@ -14,7 +14,7 @@ from tracking.hypotheses.budget import FrameBudget, Step
 from tracking.hypotheses.hypothesis import OTHER_PLACE
 from tracking.hypotheses.lens_look import LensLook
 from tracking.hypotheses.proposals import Similarity, cuts_at, proposed
-from tracking.hypotheses.refinement import ALIGNED_PX, aligned
+from tracking.hypotheses.refinement import ALIGNED_PX, align
 from tracking.likelihood.pixel_model import ROUGHLY
 from tracking.likelihood.pose_likelihood import pose_support
 from tracking.model.object_model import TrackModel
@@ -55,10 +55,10 @@ def propose(
         for first in range(0, len(here), CUT_AT_ONCE)
     ]
     similar = [budget.do(Step.COMPARE, compare, some, model.templates) for some in cuts]
-    return budget.do(Step.PROPOSE, _scored, looks[lens], model, here, cuts, similar)
+    return budget.do(Step.PROPOSE, _score_lens, looks[lens], model, here, cuts, similar)
 
 
-def _scored(
+def _score_lens(
     look: LensLook,
     model: TrackModel,
     places: Points,
@@ -80,7 +80,7 @@ def screen(
     rough: list[Rough] = []
     for first in range(0, len(starts), SCREENED_AT_ONCE):
         some = starts[first : first + SCREENED_AT_ONCE]
-        rough += budget.do(Step.SCREEN, _screened, scene, model, looks, some)
+        rough += budget.do(Step.SCREEN, _score_all, scene, model, looks, some)
     rough.sort(key=lambda item: -item[0])
     some_rough = of_all_places(model, rough)
     rough = [budget.do(Step.ALIGN, align_roughly, scene, model, looks, item) for item in some_rough]
@@ -88,7 +88,7 @@ def screen(
     return rough
 
 
-def _screened(
+def _score_all(
     scene: Scene, model: TrackModel, looks: Sequence[LensLook], starts: Sequence[tuple[Pose, int]]
 ) -> list[Rough]:
     """Rough likelihoods of some proposals."""
@@ -115,7 +115,7 @@ def align_roughly(
 ) -> Rough:
     """A rough pose after its alignment, if that made it likelier."""
     _, pose, lens = rough
-    moved = aligned(_level(looks[lens], model, pose), model, pose, scene)
+    moved = align(_level(looks[lens], model, pose), model, pose, scene)
     return max(rough, score_roughly(scene, model, looks, moved, lens), key=lambda item: item[0])
 
 

@@ -20,7 +20,7 @@ from tracking.hypotheses.hypothesis import OTHER_PLACE, Hypothesis, apart, disti
 from tracking.hypotheses.lens_look import look_through
 from tracking.hypotheses.prior import moved_log_prior
 from tracking.hypotheses.proposals import places_on
-from tracking.hypotheses.refinement import aligned_coarsely, climbed, refined
+from tracking.hypotheses.refinement import align_coarsely, climb, refine
 from tracking.hypotheses.screening import Rough, propose, screen
 from tracking.likelihood.pixel_model import ROUGHLY
 from tracking.likelihood.pose_likelihood import pose_support
@@ -102,7 +102,7 @@ def search(
     starts += [(world_from_last, lens) for lens in lenses]
     rough = screen(scene, model, looks, starts, budget)
     turned = _turn_at_best_places(scene, model, neighbours, rough, budget)
-    found = _refined(scene, model, turned, budget)
+    found = _refine_likeliest(scene, model, turned, budget)
     return distinct(
         model,
         [
@@ -208,7 +208,7 @@ def align_in_window(
 ) -> Turned:
     """A pose aligned at the window's own resolution, or the start if that is likelier."""
     observation = window.observation
-    moved = aligned_coarsely(observation, model, world_from_start, scene)
+    moved = align_coarsely(observation, model, world_from_start, scene)
     tried = [
         (pose_support(observation, model, pose, scene.renderer).nats, pose, window)
         for pose in (world_from_start, moved)
@@ -216,7 +216,7 @@ def align_in_window(
     return max(tried, key=lambda item: item[0])
 
 
-def _refined(
+def _refine_likeliest(
     scene: Scene,
     model: TrackModel,
     turned: Sequence[Turned],
@@ -231,7 +231,7 @@ def _refined(
             chosen.append(item)
     found = [
         (
-            refined(scene, model, pose, window.evidence, window.observation, budget=budget),
+            refine(scene, model, pose, window.evidence, window.observation, budget=budget),
             window,
         )
         for _, pose, window in chosen
@@ -241,13 +241,13 @@ def _refined(
     for rank, (hypothesis, window) in enumerate(found):
         for _ in range(MAX_ROUNDS if rank < REFINED_AGAIN else 0):
             start, evidence = hypothesis.world_from_object, window.evidence
-            again = refined(scene, model, start, evidence, window.observation, budget=budget)
+            again = refine(scene, model, start, evidence, window.observation, budget=budget)
             gained = again.support.nats - hypothesis.support.nats
             hypothesis = again if gained > 0.0 else hypothesis
             if gained < RESOLVED_NATS:
                 break
         if rank < REFINED_AGAIN:
-            hypothesis = _climbed(scene, model, window, hypothesis, budget)
+            hypothesis = _climb(scene, model, window, hypothesis, budget)
         final.append((hypothesis, window))
     return budget.do(Step.SUPPORT, judge_in_any_light, scene, model, final)
 
@@ -275,7 +275,7 @@ def judge_in_any_light(
     return judged
 
 
-def _climbed(
+def _climb(
     scene: Scene,
     model: TrackModel,
     window: ObjectWindow,
@@ -284,8 +284,8 @@ def _climbed(
 ) -> Hypothesis:
     """Climb the likelihood itself from a refined pose and refine once more, if that is likelier."""
     observation, pose = window.observation, hypothesis.world_from_object
-    start = climbed(observation, model, pose, scene, budget=budget)
-    other = refined(scene, model, start, window.evidence, observation, budget=budget)
+    start = climb(observation, model, pose, scene, budget=budget)
+    other = refine(scene, model, start, window.evidence, observation, budget=budget)
     return max(hypothesis, other, key=lambda found: found.support.nats)
 
 

@@ -77,7 +77,7 @@ class Looks:
     area_px: int
 
 
-def outlined(
+def reduce_outline(
     drawn: Rendering, camera: Fisheye, object_from_camera: Pose, *, finer: int
 ) -> Outlined:
     """Find the outline of a drawing and shrink what it shows to the window's own pixels.
@@ -132,7 +132,9 @@ def _seen(drawn: Rendering, rows: slice, columns: slice, finer: int) -> Renderin
     return Rendering(resized(rgb, size), seen, np.asarray(depth, dtype=np.float32))
 
 
-def looks(found: Outlined, drawn: Rendering, window: Fisheye, object_from_camera: Pose) -> Looks:
+def measure_looks(
+    found: Outlined, drawn: Rendering, window: Fisheye, object_from_camera: Pose
+) -> Looks:
     """Pick points of a drawing: with structure, evenly over the silhouette, inside the contour.
 
     Args:

@@ -70,7 +70,7 @@ def with_depths(patches: Patches, others: Patches) -> Patches:
     return Patches(patches.centre, patches.world_from_patch, patches.half_m, depth, patches.cell)
 
 
-def smoothed(patches: Patches, others: Patches) -> Patches:
+def smooth(patches: Patches, others: Patches) -> Patches:
     """The patches, turned about their centres as the surface around them runs, seams covered.
 
     A patch of a few noisy triangles is tilted by some degrees; a table's top is not.

@@ -13,7 +13,7 @@ from scenes.mesh import CollisionMesh, PhysicalObject
 from scenes.pose import Pose
 from sim.physics.collision.grid import Array, area_vectors, cut_at_grid
 from sim.physics.collision.limits import Plane
-from sim.physics.collision.orientation import piece_areas_m2, turned_to_free_side
+from sim.physics.collision.orientation import piece_areas_m2, turn_to_free_side
 from sim.physics.collision.overlap import depths_in_patches
 from sim.physics.collision.patches import Patches, joined
 from sim.physics.collision.surface import Surface, surface_of, triangles_of
@@ -80,7 +80,7 @@ def scanned_surface(
             begin near z = 0.
     """
     _check(mesh, name)
-    triangles = turned_to_free_side(triangles_of(mesh))
+    triangles = turn_to_free_side(triangles_of(mesh))
     surface = surface_of(without_objects(triangles, movables))
     surface, notes = _with_floor(surface, mesh, name)
     surface = replace(surface, patches=_without_ripples(surface.patches, surface.planes))

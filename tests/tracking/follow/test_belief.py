@@ -15,15 +15,15 @@ from tracking.follow.belief import (
     Belief,
     at_first,
     at_pose,
-    believed,
     confidence_of,
     hypothesis_of,
     is_at_rest_still,
     is_followed,
     is_shaken,
+    weigh_measurement,
 )
 from tracking.hypotheses.hypothesis import CLEAR_NATS
-from tracking.hypotheses.refinement import placed
+from tracking.hypotheses.refinement import fit_at
 from tracking.likelihood.pixel_model import PoseSupport
 
 
@@ -94,8 +94,8 @@ def first(table, scene, name, pose):
     task = table.task(scene, name, world_from_object=pose, state=TrackState.STATIC)
     evidence = table.evidence(scene, name, pose)
     observation = observe(scene, evidence)
-    fit = placed(scene, task.model, evidence, pose)
-    return task, evidence, believed(task, observation, fit)
+    fit = fit_at(scene, task.model, evidence, pose)
+    return task, evidence, weigh_measurement(task, observation, fit)
 
 
 @pytest.mark.parametrize("name", ["book-1", "box-1", "mug-1"])

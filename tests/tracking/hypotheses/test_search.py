@@ -27,7 +27,7 @@ from tracking.hypotheses.proposals import (
     proposed,
     proposed_by_overlap,
 )
-from tracking.hypotheses.refinement import aligned, coarse, refined
+from tracking.hypotheses.refinement import align, coarse, refine
 from tracking.hypotheses.screening import ALIGNED_AT_A_PLACE, of_all_places
 from tracking.hypotheses.search import best_places, search
 from tracking.hypotheses.yaws import likeliest_yaws
@@ -89,9 +89,9 @@ def test_an_alignment_and_a_refinement_come_to_the_true_pose(table, as_scanned):
     start = Pose.from_yaw(true.yaw() + 0.15, true.translation + np.array([0.025, -0.02, 0.0]))
     evidence = table.evidence(as_scanned, "book-1", start)
     observation = observe(as_scanned, evidence)
-    rough = aligned(coarse(observation, model, start), model, start, as_scanned)
+    rough = align(coarse(observation, model, start), model, start, as_scanned)
     assert apart(rough, true) < 0.6 * apart(start, true)
-    found = refined(as_scanned, model, start, evidence, observation)
+    found = refine(as_scanned, model, start, evidence, observation)
     metres, degrees = off(found.world_from_object, true)
     assert metres < 0.01
     assert degrees < 2.0

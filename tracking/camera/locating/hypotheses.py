@@ -21,7 +21,7 @@ from tracking.camera.lens_view import Sight
 from tracking.camera.locating.panorama import live_panorama
 from tracking.camera.locating.room_map import RoomMap, scores, turned
 from tracking.camera.rigid_fit import rigid_fit
-from tracking.camera.window_search import searched
+from tracking.camera.window_search import search_windows
 
 TILTS = ((0.0, 1), (5.0, 6), (10.0, 12))
 """Tilts that are compared: degrees, and how many directions of them. Neighbours are 5° apart; a
@@ -140,7 +140,9 @@ def refined(
 
     def seen(reach_deg: float, f_px: float) -> list[Displacements]:
         reach = math.radians(reach_deg)
-        return [searched(sight, world_from_rig, reach_rad=reach, f_px=f_px) for sight in sights]
+        return [
+            search_windows(sight, world_from_rig, reach_rad=reach, f_px=f_px) for sight in sights
+        ]
 
     for reach_deg, f_px, turn_deg, shift_m in ROUNDS:
         sigma = np.repeat((math.radians(turn_deg), shift_m), 3)

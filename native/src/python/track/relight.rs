@@ -11,7 +11,7 @@ use crate::render::alone::Drawing;
 use crate::track::appearance::light_fit::{Light, LightModel};
 use crate::track::appearance::relight::{light_of, relit, Drawn};
 
-/// The constants of `tracking.relight`.
+/// The constants of relighting in `tracking.kernels.photometry`.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct LightConstants {

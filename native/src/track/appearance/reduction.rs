@@ -19,7 +19,7 @@ const DEEP_PX: f64 = 2.0;
 const MIN_COVERED: f32 = 0.3;
 const MIN_ALPHA: f32 = 1e-6;
 
-/// How much is kept of a drawing; see `tracking.reduction`.
+/// How much is kept of a drawing; see `tracking.kernels.reduction`.
 #[derive(Clone, Copy)]
 pub struct OutlineModel {
     /// Pixels of the drawing, each way, per pixel of the window.

@@ -5,7 +5,7 @@ use crate::scene::cloud::Cloud;
 use crate::track::appearance::light_fit::{fitted, Light, LightModel, Sample};
 use crate::track::picture::{filtered, gaussian};
 
-/// Standard deviation of the lens's blur, px, and the taps of its filter; as in `tracking.resemblance`.
+/// Standard deviation of the lens's blur, px, and the taps of its filter; as in `tracking.model.similarity`.
 pub const LENS_BLUR_PX: f32 = 0.6;
 pub const LENS_TAPS: usize = 5;
 /// Where less of the object is drawn, the direction in which it faces is not known.

@@ -1,4 +1,5 @@
-//! Scores of a pose in one window. The NumPy reference, which says why, is `tracking.likelihood.contour_support`.
+//! Scores of a pose in one window. The NumPy reference, which says why, is
+//! `tracking.likelihood.contour_support`.
 
 use crate::camera::lens::Lens;
 use crate::track::exponential::exp;
