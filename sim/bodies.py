@@ -1,4 +1,4 @@
-"""What moves in front of the simulated camera: its surfaces, and solids that cast its shadow."""
+"""Bodies that move before the simulated camera: surfaces, and solids that cast their shadow."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Body:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Placement:
-    """Where a body is in one frame.
+    """Place of a body in one frame.
 
     Attributes:
         world_from_part: one pose per part of the body.

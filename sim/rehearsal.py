@@ -16,38 +16,33 @@ from devices.messages import EncodedFrame, Event, Frame
 from devices.recording_codec import RecordedTruth
 from devices.video import H264Decoder, H264Encoder
 from scenes.cameras import Rig
-from scenes.frames import WORLD_FROM_FORWARD_CAMERA
 from scenes.mesh import PhysicalRoom
 from scenes.pose import Pose, rotation_from_vector
 from scenes.state import Annotation, Avatar
 from sim.bodies import Placement, body_of_object
-from sim.camera.camera360 import Camera360, CameraView, ScannedLook, default_rig
+from sim.camera.camera360 import Camera360, CameraView, default_rig
 from sim.camera.sensor import Sensor
 from sim.faults.bump import Bump
 from sim.faults.fault import LightFault, Passage, WayFault
 from sim.faults.freeze import Freeze
 from sim.faults.headset_off import HeadsetOff
-from sim.faults.occluder import Occluder, panel_body, panel_placement
+from sim.faults.occluder import Occluder, panel_body, panel_id, panel_placement
+from sim.faults.settings import changes_in_words
 from sim.faults.twins import Twins, with_twins
 from sim.people.actors import TICK_NS, Actor, introduce
 from sim.people.figure import person_body
-from sim.people.posture import PART_NAMES, part_poses
+from sim.people.posture import part_poses
 from sim.people.remote import remote_annotations, remote_avatar
 from sim.physics.any_room import physics_of
-from sim.reality.world_error import WorldError
+from sim.reality.room import Scanned
 from sim.scenarios.scenario import Scenario, validate_scenario
 from sim.scenarios.switch import Switch, validate_switches
-from sim.truth import GroundTruth, IdMasks, PersonTruth
+from sim.truth import GroundTruth, IdMasks, PersonTruth, has_moved
 
 STREAM_ID = "camera-360"
-MOVED_M = 0.01
-MOVED_RAD = math.radians(2.0)
 NANOSECONDS = 1_000_000_000
 Delivered = tuple[tuple[NDArray[np.uint8], ...], CameraView]
 """The pictures of one frame, one a lens, and what they show."""
-
-HEAD = PART_NAMES.index("head")
-FACE_IN_HEAD = np.array([0.06, 0.0, 0.13])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,20 +66,6 @@ class SimulatedStep:
     events: tuple[Event, ...]
     annotations: tuple[Annotation, ...] = ()
     taken: tuple[NDArray[np.uint8], ...] = ()
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Scanned:
-    """What a rehearsal needs where only a scan of the room exists.
-
-    Attributes:
-        look: makes what draws the room and its objects.
-        error: draws how far the real room is from the scan's metric world; None if the scan's world
-            is taken for the real one.
-    """
-
-    look: Callable[[PhysicalRoom], ScannedLook]
-    error: Callable[[np.random.Generator], WorldError] | None
 
 
 def simulate(
@@ -148,25 +129,13 @@ class _Session:
             settings.pose_error_deg,
             settings.pose_error_cm,
         )
-        camera_xy = room.world_from_rig.translation[:2]
-        self._actors = [
-            Actor(
-                person.person_id,
-                room,
-                start=person.start,
-                yaw=math.radians(person.facing_deg),
-                actions=person.actions,
-                camera_xy=camera_xy,
-            )
-            for person in scenario.people
-        ]
-        introduce(self._actors)
+        self._actors = _cast(scenario, room)
         self._world = physics_of(room, {a.person_id: a.target() for a in self._actors})
         figures = [person_body(actor.person_id, people_rng) for actor in self._actors]
         self._figures = dict(zip((a.person_id for a in self._actors), figures, strict=True))
         scenarios = (scenario, *(switch.scenario for switch in then))
         hidden = {f.object: None for each in scenarios for f in each.faults.of(Occluder)}
-        panels = [panel_body(_panel_of(name), room.object_by_id(name)) for name in hidden]
+        panels = [panel_body(panel_id(name), room.object_by_id(name)) for name in hidden]
         bodies = [*(body_of_object(item) for item in room.objects), *figures, *panels]
         self._bodies = bodies
         self._camera = Camera360(room, self._rig, self._true_rig, bodies, look=self._look)
@@ -199,7 +168,11 @@ class _Session:
             for seq in range(self._frame_count):
                 t_ns = round(seq * NANOSECONDS / self._scenario.camera.fps)
                 events += self._advance(t_ns) + self._go_on(t_ns)
-                events += self._bump(t_ns) + self._announced(t_ns)
+                events += self._bump(t_ns)
+                known = self._scenario.faults.described(t_ns / NANOSECONDS)
+                changes = changes_in_words(self._known_faults, known)
+                events += [Event(t_ns, STREAM_ID, "fault", words) for words in changes]
+                self._known_faults = known
                 self._pictured_ns = t_ns
                 images, view = self._picture(t_ns)
                 passage = self._fate(seq, t_ns)
@@ -234,18 +207,6 @@ class _Session:
             events.append(Event(t_ns, STREAM_ID, "bumped", text))
         return events
 
-    def _announced(self, t_ns: int) -> list[Event]:
-        """Which faults have come and which have gone since the frame before."""
-        now = self._scenario.faults.described(t_ns / NANOSECONDS)
-        begun = [Event(t_ns, STREAM_ID, "fault", w) for w in now if w not in self._known_faults]
-        ended = [
-            Event(t_ns, STREAM_ID, "fault", f"no more: {words}")
-            for words in self._known_faults
-            if words not in now
-        ]
-        self._known_faults = now
-        return begun + ended
-
     def _in_reality(self, pose: Pose) -> Pose:
         """A pose of the simulation, which runs in the scan's world, where it really is."""
         return pose if self._error is None else self._error.moved(pose)
@@ -269,7 +230,7 @@ class _Session:
         return events
 
     def _picture(self, t_ns: int) -> Delivered:
-        """What the camera delivers now, and what it would without a sensor."""
+        """Take the pictures of a moment, and those without a sensor."""
         faults, t_s = self._scenario.faults, t_ns / NANOSECONDS
         view = self._camera.view(self._placements(t_s))
         pictures: tuple[NDArray[np.uint8], ...] = tuple(lens.rgb for lens in view.lenses)
@@ -337,7 +298,7 @@ class _Session:
             shares[fault.object] = max(fault.size_at(t_s), shares.get(fault.object, 0.0))
         for object_id, share in shares.items():
             item, pose = self._room.object_by_id(object_id), self._world.object_pose(object_id)
-            placements[_panel_of(object_id)] = panel_placement(
+            placements[panel_id(object_id)] = panel_placement(
                 item, pose, self._rig, self._true_rig, share=share
             )
         return placements
@@ -364,7 +325,7 @@ class _Session:
             passage.stamp_ns,
             {object_id: self._in_reality(pose) for object_id, pose in poses.items()},
             {object_id: view.visible_fraction[object_id] for object_id in poses},
-            frozenset(n for n, pose in poses.items() if _has_moved(self._first_poses[n], pose)),
+            frozenset(n for n, pose in poses.items() if has_moved(self._first_poses[n], pose)),
             self._in_reality(self._true_rig),
             self._scenario.faults.sizes(passage.t_ns / NANOSECONDS),
             passage.t_ns if passage.stamp_ns != passage.t_ns else None,
@@ -379,16 +340,9 @@ class _Session:
         return GroundTruth(recorded, masks, people)
 
     def _avatars(self, t_ns: int) -> tuple[Avatar, ...]:
-        avatars: list[Avatar] = []
         without = {f.person for f in self._scenario.faults.at(HeadsetOff, t_ns / NANOSECONDS)}
-        for actor in self._actors:
-            if actor.person_id in without:
-                continue
-            posture = actor.posture(self._world)
-            head = part_poses(posture)[HEAD]
-            hands = (posture.left_hand[None, :], posture.right_hand[None, :])
-            head_pose = _head_camera(head)
-            avatars.append(Avatar(actor.person_id, "local", head_pose, hands, actor.ray))
+        local = [actor for actor in self._actors if actor.person_id not in without]
+        avatars = [actor.avatar(self._world) for actor in local]
         fraction = t_ns / (self._scenario.duration_s * NANOSECONDS)
         poses = self._world.object_poses()
         for remote in self._scenario.remote:
@@ -397,7 +351,7 @@ class _Session:
         return tuple(avatars)
 
     def _annotations(self, t_ns: int) -> tuple[Annotation, ...]:
-        """What was drawn since this was asked last."""
+        """Return what was drawn since this was asked last."""
         since_s, now_s = self._drawn_s, t_ns / NANOSECONDS
         self._drawn_s = now_s
         local = (line for actor in self._actors for line in actor.new_annotations())
@@ -409,19 +363,25 @@ class _Session:
         return (*local, *remote)
 
 
-def _panel_of(object_id: str) -> str:
-    """What the body is called that hides an object."""
-    return f"occluder:{object_id}"
+def _cast(scenario: Scenario, room: PhysicalRoom) -> list[Actor]:
+    """The people of a scenario, who know each other."""
+    actors = [
+        Actor(
+            person.person_id,
+            room,
+            start=person.start,
+            yaw=math.radians(person.facing_deg),
+            actions=person.actions,
+            camera_xy=room.world_from_rig.translation[:2],
+        )
+        for person in scenario.people
+    ]
+    introduce(actors)
+    return actors
 
 
 def _in_order(bumps: Sequence[Bump]) -> list[Bump]:
     return sorted(bumps, key=lambda bump: bump.at_s)
-
-
-def _head_camera(world_from_head: Pose) -> Pose:
-    """The head as a camera (x right, y down, z forward); its own x is forward and z up."""
-    level = Pose.from_yaw(-0.5 * math.pi) @ WORLD_FROM_FORWARD_CAMERA
-    return world_from_head @ Pose(level.rotation, FACE_IN_HEAD)
 
 
 def off_by(
@@ -433,10 +393,3 @@ def off_by(
     direction /= np.linalg.norm(direction)
     rotation = rotation_from_vector(math.radians(error_deg) * axis) @ world_from_rig.rotation
     return Pose(rotation, world_from_rig.translation + 0.01 * error_cm * direction)
-
-
-def _has_moved(first: Pose, now: Pose) -> bool:
-    turned = math.acos(np.clip(0.5 * (np.trace(first.rotation.T @ now.rotation) - 1.0), -1.0, 1.0))
-    return (
-        float(np.linalg.norm(now.translation - first.translation)) > MOVED_M or turned > MOVED_RAD
-    )

@@ -30,7 +30,7 @@ class Table:
         self._asked: list[str] = []
 
     def error(self, key: str, value: Any, wanted: str) -> ScenarioError:
-        """What to raise when a value is wrong."""
+        """Return the error to raise when a value is wrong."""
         return ScenarioError(f"{self._source}: {self._key(key)} = {value!r}, wanted {wanted}")
 
     def done(self) -> None:

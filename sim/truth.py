@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -11,6 +12,12 @@ from numpy.typing import NDArray
 from devices.recording_codec import RecordedTruth
 from scenes.pose import Pose
 from sim.bodies import Body
+
+MOVED_M = 0.01
+"""Distance from which an object counts as moved, metres: an error of a good tracker is less."""
+
+MOVED_RAD = math.radians(2.0)
+"""Turn from which it does, radians."""
 
 Masks = Mapping[str, tuple[NDArray[np.bool_], ...]]
 """Per body id one (H, W) bool mask per lens: the pixels in which the lens sees the body."""
@@ -26,7 +33,7 @@ class PersonTruth:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GroundTruth:
-    """What only a simulator knows of a frame. Rides beside the frame, past every stage.
+    """Ground truth of a frame. Rides beside the frame, past every stage.
 
     Recordings, scores and stand-ins for trained networks read it; no tracker does.
 
@@ -65,3 +72,11 @@ class IdMasks(Mapping[str, tuple[NDArray[np.bool_], ...]]):
     def __len__(self) -> int:
         """Number of bodies."""
         return len(self._numbers)
+
+
+def has_moved(first: Pose, now: Pose) -> bool:
+    """Whether an object is elsewhere than at first, or turned."""
+    turned = math.acos(np.clip(0.5 * (np.trace(first.rotation.T @ now.rotation) - 1.0), -1.0, 1.0))
+    return (
+        float(np.linalg.norm(now.translation - first.translation)) > MOVED_M or turned > MOVED_RAD
+    )

@@ -22,7 +22,7 @@ STAGES = ("rectify", "detect", "pose", "smooth")
 
 
 class CameraMoment(StrEnum):
-    """What happened to the camera's pose."""
+    """Events of the camera's pose."""
 
     BUMPED = "bumped"
     FOUND = "found"

@@ -1,11 +1,18 @@
-"""Schedule of the periodic work that no single frame needs.
+"""Schedule of a frame: the periodic work that no single frame needs, and its order.
 
 Resting objects are measured in turn, and the background is learned.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+
+from devices.messages import Frame
+from scenes.state import TrackState
+from tracking.background.learning import Band, Care, band_of, whole_lens
+from tracking.follow.track import Track
+from tracking.model.object_model import TrackModel
 
 TURN_PERIOD = 4
 """Frames between two measurements of resting objects, one object at a time. Chosen on the rooms lab
@@ -32,7 +39,7 @@ LATE_FRAMES = 30
 desk."""
 
 
-MOST_DEFERRED_FRAMES = 4
+MAX_DEFERRED_FRAMES = 4
 """Frames by which late frames defer periodic work at most, so that it is done even if all frames
 are late."""
 
@@ -62,7 +69,7 @@ class Schedule:
         late_until = seq + LATE_FRAMES if pictures > 1 else self.late_until
         beat = self.beat if self.deferred else self.beat + 1
         following = Schedule(seq, pictures, beat, 0, late_until)
-        if seq <= late_until and not following.is_free and self.deferred < MOST_DEFERRED_FRAMES:
+        if seq <= late_until and not following.is_free and self.deferred < MAX_DEFERRED_FRAMES:
             return replace(following, deferred=self.deferred + 1)
         return following
 
@@ -89,3 +96,44 @@ class Schedule:
     def _turn(self, period: int, phase: int) -> int | None:
         is_due = (self.beat - phase) % period == 0 and not self.deferred
         return self.beat // period if is_due else None
+
+
+def bands_to_learn(schedule: Schedule, frame: Frame, tracks: Mapping[str, Track]) -> Sequence[Band]:
+    """Bands of the background to learn after the objects are measured: all in the first frame.
+
+    While an object is lost, nothing is learned: it may be anywhere.
+    """
+    heights = [lens.height_px for lens in frame.rig.lenses]
+    if schedule.is_first and not _misses_any(tracks):
+        return [whole_lens(index, height_px) for index, height_px in enumerate(heights)]
+    return [] if schedule.learns is None else [band_of(schedule.learns, heights)]
+
+
+def _misses_any(tracks: Mapping[str, Track]) -> bool:
+    """Whether an object is lost."""
+    return any(track.state is TrackState.LOST for track in tracks.values())
+
+
+def care_beside(tracks: Mapping[str, Track], *, is_first: bool) -> Care:
+    """The care with which the background is learned.
+
+    From a single picture, shadows of the room cannot be distinguished from those of objects that
+    will move.
+    """
+    is_unseen = any(track.visible_fraction == 0 for track in tracks.values())
+    if is_unseen or _misses_any(tracks):
+        return Care.WARY
+    return Care.CAUTIOUS if is_first else Care.LITTLE
+
+
+def most_certain_first(
+    models: Sequence[TrackModel], tracks: Mapping[str, Track]
+) -> list[TrackModel]:
+    """Resting objects, moving ones, lost ones: each is compared with settled neighbours."""
+    order = {
+        TrackState.STATIC: 0,
+        TrackState.TRACKED: 1,
+        TrackState.OCCLUDED: 2,
+        TrackState.LOST: 3,
+    }
+    return sorted(models, key=lambda m: order[tracks[m.object_id].state])

@@ -16,22 +16,14 @@ import numpy as np
 from devices.messages import Frame
 from scenes.pose import Pose
 from scenes.render.native import NativeRenderer
-from scenes.render.renderer import PosedSplats
 from scenes.splats import SplatCloud
 from scenes.state import ObjectModel, TrackState
-from tracking.background.images import BackgroundImages, Exposure, LensExposures, render_background
-from tracking.background.layers import LayerCache, LayerKey, window_of
-from tracking.background.learning import Band, Care, band_of, learn, looked_at, whole_lens
-from tracking.camera.calibration import MOST_CARRIED, Calibration, calibrate
-from tracking.camera.common_motion import CommonMotion
-from tracking.camera.rig_state import (
-    RigState,
-    camera_notices,
-    looked_through,
-    rig_state,
-)
+from tracking.background.images import LensExposures
+from tracking.background.layers import LayerCache, LayerKey
+from tracking.camera.rig_state import RigState, camera_notices
+from tracking.camera.rig_tracker import RigTracker, StandingObjects
 from tracking.evidence.evidence import Neighbour, Scene
-from tracking.follow.first_frame import settled
+from tracking.follow.first_frame import settle_all
 from tracking.follow.follow import follow
 from tracking.follow.outcome import hold, see_anew
 from tracking.follow.redetection import Search, is_missing, redetect
@@ -44,7 +36,7 @@ from tracking.model.object_model import TrackModel, make_model
 from tracking.model.support_planes import FLOOR_M, support_planes_in
 from tracking.options import TrackerOptions
 from tracking.output import STAGES, CameraNotice, Stopwatch, TrackOutput, no_stopwatch
-from tracking.schedule import Schedule
+from tracking.schedule import Schedule, bands_to_learn, care_beside, most_certain_first
 from tracking.window.window import Layer
 
 UNHURRIED_NS = 50_000_000
@@ -110,8 +102,8 @@ class Tracker:
         ids = [o.object_id for o in objects]
         if len(set(ids)) != len(ids):
             raise ValueError(f"Tracker: object ids {ids}: wanted each once")
-        self._room = room
         self._renderer = renderer
+        self._rig_tracker = RigTracker(room, renderer)
         self._options = options or TrackerOptions()
         self._stopwatch = stopwatch
         self._costs = costs
@@ -134,7 +126,7 @@ class Tracker:
         )
 
     def adjusted(self, state: TrackerState, options: TrackerOptions) -> TrackerState:
-        """The state with other settings, for the next frame on; nothing else of it changes.
+        """Return the state with other settings, for the next frame on; nothing else changes.
 
         The camera's pose stays as it is until the camera moves.
         """
@@ -143,7 +135,7 @@ class Tracker:
     def step(
         self, state: TrackerState, frame: Frame, now_ns: int
     ) -> tuple[TrackerState, TrackOutput]:
-        """Poses of all objects at one frame.
+        """Locate the camera, measure the objects, search for lost ones, learn the background.
 
         A frame without a camera pose is taken from where the camera was last: its code is hidden,
         and whether it moves meanwhile is seen in the pictures.
@@ -152,82 +144,125 @@ class Tracker:
             ValueError: neither the frame nor one before it has a camera pose.
         """
         del now_ns
-        marker_world_from_rig = frame.world_from_rig
-        if marker_world_from_rig is None and state.rig is not None:
-            marker_world_from_rig = state.rig.marker_world_from_rig
-        if marker_world_from_rig is None:
-            raise ValueError(f"frame {frame.seq} of {frame.stream_id!r} has no camera pose")
+        marker_world_from_rig = _marker_pose(state, frame)
         began = self._stopwatch()
-        options = state.options
         schedule = (
             Schedule(frame.seq) if state.schedule is None else state.schedule.following(frame.seq)
         )
         layers = LayerCache(state.layers)
-        rig = self._locate(state, frame, marker_world_from_rig, layers)
+        rig = self._rig_tracker.locate(
+            state.rig,
+            frame,
+            marker_world_from_rig=marker_world_from_rig,
+            standing=self._standing(state.tracks, layers, is_first=schedule.is_first),
+            is_refined=state.options.calibrate,
+        )
         notices = camera_notices(state.rig, rig, frame.t_ns)
         if rig.blind is not None:
             located = self._stopwatch()
-            tracks = {name: hold(track, frame.t_ns) for name, track in state.tracks.items()}
-            following = replace(
-                state,
-                tracks=MappingProxyType(tracks), rig=rig, schedule=schedule, t_ns=frame.t_ns,
-            )  # fmt: skip
+            following = _hold_all(state, frame, rig, schedule)
             return following, self._output(following, frame, (began, located), notices)
-        is_elsewhere = state.rig is not None and rig.background is not state.rig.background
-        if is_elsewhere:
+        scene = self._scene(frame, rig, layers, is_first=schedule.is_first)
+        located = self._stopwatch()
+        state, tasks, looks = self._look(state, scene, rig, schedule)
+        looked = self._stopwatch()
+        tracks, is_time_left = self._measure(state, schedule, tasks, looks)
+        tracks, search = self._search(state, tasks, tracks, is_time_left=is_time_left)
+        measured = self._stopwatch()
+        rig = self._learn(rig, scene, tracks, schedule)
+        following = TrackerState(
+            MappingProxyType(tracks),
+            rig,
+            schedule,
+            frame.t_ns,
+            search,
+            layers.kept(),
+            state.options,
+        )
+        times = began, located, looked, measured
+        return following, self._output(following, frame, times, notices)
+
+    def _look(
+        self, state: TrackerState, scene: Scene, rig: RigState, schedule: Schedule
+    ) -> tuple[TrackerState, Mapping[str, Task], Mapping[str, bool]]:
+        """The state as seen from the camera's pose, the tasks of all objects, and looks at them.
+
+        A look says of an object whether it is unchanged; one at each is cheap.
+        """
+        has_moved = state.rig is not None and rig.background is not state.rig.background
+        if has_moved:
             anew = {name: see_anew(track) for name, track in state.tracks.items()}
             state = replace(state, tracks=MappingProxyType(anew))
-        scene = self._scene(frame, rig, layers, is_first=schedule.is_first)
-        rectified = self._stopwatch()
-        tracks = dict(state.tracks)
-        # By the stream's interval, not by the time since the last processed frame: late frames that
-        # did more for it would be late for ever.
-        interval_ns = (frame.t_ns - state.t_ns) // schedule.pictures
-        tasks = {
-            m.object_id: self._task(scene, m, state, schedule, interval_ns=interval_ns)
-            for m in self._models
-        }
-        if is_elsewhere:
-            # The camera moved: what rested rests still, unless a measurement clearly says no.
+        tasks = {m.object_id: self._task(scene, m, state, schedule) for m in self._models}
+        if has_moved:
+            # What rested rests still, unless a measurement clearly says no.
             tasks = {name: replace(task, is_turn=True) for name, task in tasks.items()}
-            looks = {name: track.state is TrackState.STATIC for name, track in tracks.items()}
+            looks = {name: t.state is TrackState.STATIC for name, t in state.tracks.items()}
         else:
             looks = {name: first_look(task) for name, task in tasks.items()}
-        detected = self._stopwatch()
-        searched = False
-        is_busy = not schedule.is_free and interval_ns < UNHURRIED_NS
+        return state, tasks, looks
+
+    def _measure(
+        self,
+        state: TrackerState,
+        schedule: Schedule,
+        tasks: Mapping[str, Task],
+        looks: Mapping[str, bool],
+    ) -> tuple[dict[str, Track], bool]:
+        """Tracks after each object was followed, and whether this leaves time for a search."""
+        tracks = dict(state.tracks)
         reviewed = next((name for name, track in tracks.items() if is_under_review(track)), None)
-        for model in _most_certain_first(self._models, tracks):
+        is_time_left = True
+        for model in most_certain_first(self._models, tracks):
             name = model.object_id
-            is_free = not searched and not is_busy and reviewed in (None, name)
+            task = tasks[name]
+            is_busy = not schedule.is_free and task.interval_ns < UNHURRIED_NS
+            is_free = is_time_left and not is_busy and reviewed in (None, name)
             task = replace(
-                tasks[name],
+                task,
                 neighbours=self._neighbours(model, tracks),
-                may_search=options.recover and is_free,
+                may_search=state.options.recover and is_free,
             )
             tracks[name] = follow(task, looks[name])
-            searched = searched or was_reviewed(tracks[name], frame.t_ns)
-        search = state.search
-        if options.recover and schedule.is_first:
+            if was_reviewed(tracks[name], task.scene.frame.t_ns):
+                is_time_left = False
+        return tracks, is_time_left
+
+    def _search(
+        self,
+        state: TrackerState,
+        tasks: Mapping[str, Task],
+        tracks: dict[str, Track],
+        *,
+        is_time_left: bool,
+    ) -> tuple[dict[str, Track], Search | None]:
+        """Tracks and the pending search after lost objects were looked for, if that is due."""
+        if not state.options.recover or not self._models:
+            return tracks, state.search
+        first, *_ = tasks.values()
+        if first.is_first:
             # At first there is nothing to be late for.
-            tracks = settled(list(tasks.values()), tracks)
-        elif options.recover and not searched:
-            budget_ms = min(SEARCH_SHARE * interval_ns / 1e6, options.search_ms)
-            found, search = redetect(
-                self._lost(tasks, tracks), search, budget_ms=budget_ms, runner=self._searches
-            )
-            tracks |= found
-        posed = self._stopwatch()
-        for band in _bands_to_learn(schedule, frame, tracks):
-            care = _care(tracks, is_first=schedule.is_first)
-            exposure = scene.exposures[band.lens]
-            background = self._learned(rig.background, frame, tracks, exposure, band, care, layers)
-            rig = replace(rig, background=background)
-        following = TrackerState(
-            MappingProxyType(tracks), rig, schedule, frame.t_ns, search, layers.kept(), options
+            return settle_all(list(tasks.values()), tracks), state.search
+        if not is_time_left:
+            return tracks, state.search
+        budget_ms = min(SEARCH_SHARE * first.interval_ns / 1e6, state.options.search_ms)
+        found, search = redetect(
+            self._lost(tasks, tracks), state.search, budget_ms=budget_ms, runner=self._searches
         )
-        times = began, rectified, detected, posed
-        return following, self._output(following, frame, times, notices)
+        return {**tracks, **found}, search
+
+    def _learn(
+        self, rig: RigState, scene: Scene, tracks: Mapping[str, Track], schedule: Schedule
+    ) -> RigState:
+        """The rig's state after the bands of the background that are due were learned."""
+        standing = self._standing(tracks, scene.layers, is_first=schedule.is_first)
+        for band in bands_to_learn(schedule, scene.frame, tracks):
+            exposure = scene.exposures[band.lens]
+            background = self._rig_tracker.learn(
+                rig.background, scene.frame, standing, exposure=exposure, band=band
+            )
+            rig = replace(rig, background=background)
+        return rig
 
     def _output(
         self,
@@ -236,7 +271,7 @@ class Tracker:
         times_ns: Sequence[int],
         notices: tuple[CameraNotice, ...],
     ) -> TrackOutput:
-        """What is reported of a frame; `times_ns` are the begins of its stages, as many as ran."""
+        """The report of a frame; `times_ns` are the begins of its stages, as many as ran."""
         assert state.rig is not None
         objects = tuple(report(m, state.tracks[m.object_id], frame) for m in self._models)
         ends = (*times_ns[1:], self._stopwatch())
@@ -252,93 +287,12 @@ class Tracker:
             notices,
         )
 
-    def _locate(
-        self,
-        state: TrackerState,
-        frame: Frame,
-        marker_world_from_rig: Pose,
-        layers: LayerCache,
-    ) -> RigState:
-        """The camera's pose and its background, both kept while the camera does not move."""
-        known = state.rig
-        if known is None:
-            calibration = self._calibrated(state, frame, marker_world_from_rig)
-        elif not known.is_unmoved(marker_world_from_rig):
-            # Where the marker went, the refined camera went too: a better start than it.
-            marked = marker_world_from_rig @ known.marker_world_from_rig.inverse()
-            nominal = marked @ known.calibration.world_from_rig
-            calibration = self._calibrated(state, frame, nominal)
-        else:
-            known = looked_through(known, frame)
-            blind, motion = known.blind, known.motion
-            if motion is not None:
-                calibration = self._carried(state, frame, known.calibration, motion)
-            elif blind is not None and blind.is_due(frame.t_ns):
-                nominal = known.calibration.world_from_rig
-                calibration = self._calibrated(state, frame, nominal, is_near=False)
-                if not calibration.trusted:
-                    return replace(known, blind=replace(blind, tried_ns=frame.t_ns))
-            else:
-                return known
-        background = render_background(
-            self._renderer, self._room, frame.rig, calibration.world_from_rig
-        )
-        ranges_m = background.ranges_m
-        exposures = LensExposures(frame.images, background)
-        for index, lens in enumerate(frame.rig.lenses):
-            band = whole_lens(index, lens.height_px)
-            care = _care(state.tracks, is_first=known is None)
-            background = self._learned(
-                background, frame, state.tracks, exposures[index], band, care, layers
-            )
-        return rig_state(frame, marker_world_from_rig, calibration, background, ranges_m=ranges_m)
-
-    def _carried(
-        self, state: TrackerState, frame: Frame, before: Calibration, motion: CommonMotion
-    ) -> Calibration:
-        """The pose of a camera that moved by what its pictures say, now and then refined anew."""
-        carried = before.carried_along(motion.then_from_now)
-        if carried.carried <= MOST_CARRIED or not state.options.calibrate:
-            return carried
-        refined = self._calibrated(state, frame, carried.world_from_rig)
-        return refined if refined.trusted else carried
-
-    def _calibrated(
-        self, state: TrackerState, frame: Frame, nominal: Pose, *, is_near: bool = True
-    ) -> Calibration:
-        """A pose of the camera refined against the room, if that is asked for."""
-        if not state.options.calibrate:
-            return Calibration.unrefined(nominal)
-        standing = tuple(
-            PosedSplats(m.source.splats, state.tracks[m.object_id].world_from_object)
-            for m in self._models
-        )
-        return calibrate(
-            frame, nominal, self._room, self._renderer, objects=standing, is_near=is_near
-        )
-
-    def _learned(
-        self,
-        background: BackgroundImages,
-        frame: Frame,
-        tracks: Mapping[str, Track],
-        exposure: Exposure,
-        band: Band,
-        care: Care,
-        layers: LayerCache,
-    ) -> BackgroundImages:
-        """Background images updated from this frame in a band, away from all objects."""
-        lens = frame.rig.lenses[band.lens]
-        rows = looked_at(band, lens.width_px, lens.height_px)
-        taken: list[Layer] = []
-        for model in self._models:
-            item, pose = model.source, tracks[model.object_id].world_from_object
-            view = frame.rig, background.world_from_rig
-            drawn, _ = window_of(item, pose, *view, lens=band.lens).part
-            if drawn.start < rows.stop and rows.start < drawn.stop:
-                layer = layers.layer(item, pose, *view, self._renderer, lens=band.lens)
-                taken.append(layer)
-        return learn(background, frame, exposure, taken, band, care=care)
+    def _standing(
+        self, tracks: Mapping[str, Track], layers: LayerCache, *, is_first: bool
+    ) -> StandingObjects:
+        poses = {name: track.world_from_object for name, track in tracks.items()}
+        sources = tuple(m.source for m in self._models)
+        return StandingObjects(sources, poses, layers, care_beside(tracks, is_first=is_first))
 
     def _scene(
         self, frame: Frame, rig: RigState, layers: LayerCache, *, is_first: bool = False
@@ -362,8 +316,6 @@ class Tracker:
         model: TrackModel,
         state: TrackerState,
         schedule: Schedule,
-        *,
-        interval_ns: int,
     ) -> Task:
         turn = schedule.measures
         whose = None if turn is None else self._models[turn % len(self._models)]
@@ -377,7 +329,9 @@ class Tracker:
             is_first=schedule.is_first,
             may_search=state.options.recover,
             use_texture=state.options.texture,
-            interval_ns=interval_ns,
+            # By the stream's interval, not by the time since the last processed frame: late frames
+            # that did more for it would be late for ever.
+            interval_ns=(scene.frame.t_ns - state.t_ns) // schedule.pictures,
             costs=self._costs,
         )
 
@@ -402,44 +356,22 @@ class Tracker:
         )
 
 
-def _bands_to_learn(
-    schedule: Schedule, frame: Frame, tracks: Mapping[str, Track]
-) -> Sequence[Band]:
-    """Bands of the background to update once the objects are located: all of it in the first frame.
+def _marker_pose(state: TrackerState, frame: Frame) -> Pose:
+    """`world_from_rig` by the marker in a frame, or in the last one that had it.
 
-    While an object is lost, nothing is learned: it may be anywhere.
+    Raises:
+        ValueError: there is none.
     """
-    heights = [lens.height_px for lens in frame.rig.lenses]
-    if schedule.is_first and not _misses_any(tracks):
-        return [whole_lens(index, height_px) for index, height_px in enumerate(heights)]
-    return [] if schedule.learns is None else [band_of(schedule.learns, heights)]
+    if frame.world_from_rig is not None:
+        return frame.world_from_rig
+    if state.rig is None:
+        raise ValueError(f"frame {frame.seq} of {frame.stream_id!r} has no camera pose")
+    return state.rig.marker_world_from_rig
 
 
-def _misses_any(tracks: Mapping[str, Track]) -> bool:
-    """Whether an object is lost."""
-    return any(track.state is TrackState.LOST for track in tracks.values())
-
-
-def _care(tracks: Mapping[str, Track], *, is_first: bool) -> Care:
-    """How carefully the background is learned.
-
-    From a single picture, shadows of the room cannot be distinguished from those of objects that
-    will move.
-    """
-    is_unseen = any(track.visible_fraction == 0 for track in tracks.values())
-    if is_unseen or _misses_any(tracks):
-        return Care.WARY
-    return Care.CAUTIOUS if is_first else Care.LITTLE
-
-
-def _most_certain_first(
-    models: Sequence[TrackModel], tracks: Mapping[str, Track]
-) -> list[TrackModel]:
-    """Resting objects, moving ones, lost ones: each is compared with settled neighbours."""
-    order = {
-        TrackState.STATIC: 0,
-        TrackState.TRACKED: 1,
-        TrackState.OCCLUDED: 2,
-        TrackState.LOST: 3,
-    }
-    return sorted(models, key=lambda m: order[tracks[m.object_id].state])
+def _hold_all(state: TrackerState, frame: Frame, rig: RigState, schedule: Schedule) -> TrackerState:
+    """The state after a frame of a camera that shows nothing of the room: all objects are held."""
+    tracks = {name: hold(track, frame.t_ns) for name, track in state.tracks.items()}
+    return replace(
+        state, tracks=MappingProxyType(tracks), rig=rig, schedule=schedule, t_ns=frame.t_ns
+    )

@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import cv2
 import numpy as np
@@ -23,16 +22,16 @@ from scenes.pose import Pose
 from sim.bodies import Body, Placement, solids_in_world
 from sim.camera.lens_picture import (
     DrawAlone,
-    Drawn,
     DrawnBody,
     Layer,
+    ScannedLook,
     Tolerances,
     clusters,
     compose,
+    compose_nearer,
     draw_body,
     draw_room,
     fine_lens,
-    laid_over,
 )
 from sim.camera.lens_raster import FisheyeRasteriser, Light, PixelRect
 from sim.camera.shadows import ShadowMap, shadow_map
@@ -74,37 +73,9 @@ class CameraOptions:
     stand: bool = True
 
 
-class ScannedLook(Protocol):
-    """Draws what is known only from photos: a scanned room and its objects."""
-
-    @property
-    def tolerances(self) -> Tolerances:
-        """How exactly its depths are known."""
-        ...
-
-    def draws(self, body_id: str) -> bool:
-        """Whether a body has to be drawn by it."""
-        ...
-
-    def room(self, lens: Fisheye, world_from_lens: Pose) -> Layer:
-        """The room without anything movable, over the whole lens."""
-        ...
-
-    def body(
-        self,
-        body_id: str,
-        lens: Fisheye,
-        lens_from_world: Pose,
-        placement: Placement,
-        rect: PixelRect,
-    ) -> Drawn:
-        """One body alone in a rectangle of the lens, in the light where it stands."""
-        ...
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class LensView:
-    """What one lens sees, before the sensor.
+    """Picture of one lens, before the sensor.
 
     Attributes:
         rgb: (H, W, 3) uint8, free of noise.
@@ -144,7 +115,7 @@ class _Lens:
 
 @dataclass(slots=True, eq=False)
 class _BodyState:
-    """What the camera remembers of a body from frame to frame."""
+    """State of a body from frame to frame."""
 
     placement: Placement
     drawn: tuple[DrawnBody, ...]
@@ -275,7 +246,7 @@ class Camera360:
         )
 
     def _alone(self, name: str, placement: Placement, lens: _Lens) -> DrawAlone:
-        """What draws a body alone through a lens."""
+        """Return what draws a body alone through a lens."""
         look = self._look
         if look is not None and look.draws(name):
             return lambda rect: look.body(name, lens.fine, lens.lens_from_world, placement, rect)
@@ -300,7 +271,7 @@ class Camera360:
         whole = PixelRect(0, 0, lens.fine.width_px, lens.fine.height_px)
         for rect in clusters([r for body in moving for r in body.touched], s):
             # The blur at the border of the rectangle needs what lies beyond.
-            grown = _grown(rect, s * BLUR_MARGIN_PX, whole)
+            grown = rect.grown(s * BLUR_MARGIN_PX, whole)
             layer = compose(
                 lens.rest,
                 grown,
@@ -309,13 +280,13 @@ class Camera360:
                 lens_from_world=lens.lens_from_world,
                 tolerances=self._tolerances,
             )
-            inner = _moved(rect, grown)
+            inner = rect.counted_from(grown)
             changed = layer.part(inner)
             for part in _numbered_parts(moving, rect):
-                counts += self._count(layer.part(_moved(part, grown)).ids)
+                counts += self._count(layer.part(part.counted_from(grown)).ids)
                 counts -= self._count(lens.rest.ids[part.rows_columns])
-            target = _divided(rect, s).rows_columns
-            rgb[target] = self._to_sensor(layer.rgb)[_divided(inner, s).rows_columns]
+            target = rect.divided(s).rows_columns
+            rgb[target] = self._to_sensor(layer.rgb)[inner.divided(s).rows_columns]
             ids[target] = self._at_pixels(changed.ids)
         return LensView(rgb, ids), counts
 
@@ -386,7 +357,7 @@ class Camera360:
             lens_from_world = world_from_lens.inverse()
             room = draw_room(rasteriser, numbers, fine, lens_from_world)
             if self._look is not None:
-                room = laid_over(self._look.room(fine, world_from_lens), room)
+                room = compose_nearer(self._look.room(fine, world_from_lens), room)
             drawn.append(
                 _Lens(
                     fine,
@@ -423,21 +394,3 @@ def _numbered_parts(bodies: Sequence[DrawnBody], rect: PixelRect) -> list[PixelR
     rects = [body.rect for body in bodies if body.rect is not None]
     inside = [r for r in rects if rect.x0 <= r.x0 < rect.x1 and rect.y0 <= r.y0 < rect.y1]
     return clusters(inside, 1)
-
-
-def _moved(rect: PixelRect, onto: PixelRect) -> PixelRect:
-    """The same rectangle, counted from the corner of another."""
-    return PixelRect(rect.x0 - onto.x0, rect.y0 - onto.y0, rect.x1 - onto.x0, rect.y1 - onto.y0)
-
-
-def _divided(rect: PixelRect, by: int) -> PixelRect:
-    return PixelRect(rect.x0 // by, rect.y0 // by, rect.x1 // by, rect.y1 // by)
-
-
-def _grown(rect: PixelRect, margin: int, bound: PixelRect) -> PixelRect:
-    return PixelRect(
-        max(bound.x0, rect.x0 - margin),
-        max(bound.y0, rect.y0 - margin),
-        min(bound.x1, rect.x1 + margin),
-        min(bound.y1, rect.y1 + margin),
-    )

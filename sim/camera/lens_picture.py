@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import cv2
 import numpy as np
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 
 from scenes.cameras import Fisheye, pixel_centres
 from scenes.pose import Pose
+from sim.bodies import Placement
 from sim.camera.lens_raster import UNLIT, FisheyeRasteriser, PixelRect
 from sim.camera.shadows import ShadowMap
 
@@ -121,8 +123,8 @@ def draw_room(
     return Layer(mean, range_m, np.full(range_m.shape, ROOM_ID, np.uint8))
 
 
-def laid_over(below: Layer, above: Layer) -> Layer:
-    """What is nearer of two layers of the same lens."""
+def compose_nearer(below: Layer, above: Layer) -> Layer:
+    """Compose two layers of the same lens: the nearer of both."""
     nearer = above.range_m < below.range_m
     rgb = np.where(nearer[..., None], above.rgb, below.rgb)
     return Layer(rgb, np.where(nearer, above.range_m, below.range_m), below.ids)
@@ -363,3 +365,31 @@ def lens_circle(lens: Fisheye) -> NDArray[np.bool_]:
     offset = pixel_centres(lens) - (lens.cx, lens.cy)
     inside = np.hypot(offset[:, 0], offset[:, 1]) <= lens.circle_px
     return inside.reshape(lens.height_px, lens.width_px)
+
+
+class ScannedLook(Protocol):
+    """Draws what is known only from photos: a scanned room and its objects."""
+
+    @property
+    def tolerances(self) -> Tolerances:
+        """How exactly its depths are known."""
+        ...
+
+    def draws(self, body_id: str) -> bool:
+        """Whether a body has to be drawn by it."""
+        ...
+
+    def room(self, lens: Fisheye, world_from_lens: Pose) -> Layer:
+        """The room without anything movable, over the whole lens."""
+        ...
+
+    def body(
+        self,
+        body_id: str,
+        lens: Fisheye,
+        lens_from_world: Pose,
+        placement: Placement,
+        rect: PixelRect,
+    ) -> Drawn:
+        """One body alone in a rectangle of the lens, in the light where it stands."""
+        ...

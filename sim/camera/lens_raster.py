@@ -128,10 +128,28 @@ class PixelRect:
         """Index of the rectangle in an image array."""
         return slice(self.y0, self.y1), slice(self.x0, self.x1)
 
+    def counted_from(self, other: PixelRect) -> PixelRect:
+        """The same rectangle, counted from the corner of another."""
+        x, y = other.x0, other.y0
+        return PixelRect(self.x0 - x, self.y0 - y, self.x1 - x, self.y1 - y)
+
+    def divided(self, by: int) -> PixelRect:
+        """The rectangle in pixels that are `by` times as large."""
+        return PixelRect(self.x0 // by, self.y0 // by, self.x1 // by, self.y1 // by)
+
+    def grown(self, margin: int, bound: PixelRect) -> PixelRect:
+        """The rectangle with a margin all around, as far as `bound` goes."""
+        return PixelRect(
+            max(bound.x0, self.x0 - margin),
+            max(bound.y0, self.y0 - margin),
+            min(bound.x1, self.x1 + margin),
+            min(bound.y1, self.y1 + margin),
+        )
+
 
 @dataclass(slots=True, eq=False)
 class _Uniforms:
-    """What the shaders of one mesh need next time it is drawn; read by VTK's callback."""
+    """Uniforms of one mesh's shaders for its next drawing; read by VTK's callback."""
 
     lens_from_mesh: vtkMatrix4x4
     light: Light = UNLIT

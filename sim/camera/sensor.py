@@ -1,4 +1,4 @@
-"""What a lens and a sensor do to a clean picture: vignetting, exposure and colour drift, noise."""
+"""Model of lens and sensor: vignetting, exposure and colour drift, noise."""
 
 from __future__ import annotations
 

@@ -6,11 +6,15 @@ import math
 from collections.abc import Iterator
 from contextlib import ExitStack, closing
 from dataclasses import dataclass
+from fractions import Fraction
 from pathlib import Path
+from types import TracebackType
 from typing import Any, Literal
 
+import av
 import numpy as np
 
+from devices.messages import EncodedFrame
 from scenes.cameras import Fisheye
 from scenes.mesh import PhysicalRoom
 from sim.camera.camera360 import default_rig
@@ -20,7 +24,6 @@ from sim.dataset.truth.lens_truth import LensTruth, LensTruthPass
 from sim.dataset.truth.surfaces import joined, meshes_of_object, meshes_of_room, write_obj
 from sim.dataset.truth.symmetry import yaw_symmetry
 from sim.dataset.truth.visibility import OUTSIDE, Seen, seen
-from sim.dataset.video_file import PacketFile
 from sim.rehearsal import SimulatedStep
 from sim.scenarios.scenario import Scenario
 
@@ -35,7 +38,7 @@ CODE_CORNERS = np.array([[-0.5, 0.5, 0.0], [0.5, 0.5, 0.0], [0.5, -0.5, 0.0], [-
 """(4, 3) in sides of a code: top left, top right, bottom right, bottom left to its reader."""
 
 PERSON = "person"
-"""What every person is labelled with."""
+"""Label of every person."""
 
 Pictures = Literal["png", "jpg", "video"]
 
@@ -239,3 +242,59 @@ def codes_to_json(room: PhysicalRoom) -> dict[str, Any]:
         }
     sides = sorted({code.side_m for code in room.codes})
     return {"side_m": sides[0] if sides else 0.0, "codes": codes}
+
+
+NANOSECONDS = 1_000_000_000
+
+
+class PacketFile:
+    """Keeps packets in a raw stream beside the video and puts them into it at the end.
+
+    Use it in a `with`. Packets go to the disk at once; only their times are held.
+
+    Args:
+        path: the video, `.mp4`; its folder is there.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path, self._raw = path, path.with_suffix(".h264")
+        self._file = self._raw.open("wb")
+        self._times: list[int] = []
+
+    def add(self, packet: EncodedFrame) -> None:
+        """Append a packet of H.264 in Annex B."""
+        self._file.write(packet.data)
+        self._times.append(packet.t_ns)
+
+    def __enter__(self) -> PacketFile:
+        """The writer itself."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> Literal[False]:
+        """Write the video if nothing went wrong; the raw stream goes in any case."""
+        self._file.close()
+        try:
+            if kind is None and self._times:
+                self._mux()
+        finally:
+            self._raw.unlink(missing_ok=True)
+        return False
+
+    def _mux(self) -> None:
+        containers: Any = av
+        with (
+            containers.open(str(self._raw), "r", format="h264") as source,
+            containers.open(str(self._path), "w") as target,
+        ):
+            track = target.add_stream_from_template(source.streams.video[0])
+            packets = (packet for packet in source.demux(video=0) if packet.size)
+            for packet, t_ns in zip(packets, self._times, strict=True):
+                packet.stream = track
+                packet.time_base = Fraction(1, NANOSECONDS)
+                packet.pts = packet.dts = t_ns - self._times[0]
+                target.mux(packet)

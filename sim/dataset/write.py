@@ -12,12 +12,13 @@ import numpy as np
 
 from scenes.formats.storage.atomic import WriteError, write_folder
 from scenes.mesh import PhysicalRoom
-from sim.dataset.bop.session import BopOptions, write_bop
+from sim.dataset.bop import BopOptions, write_bop
 from sim.dataset.check import Checked, check_dataset
 from sim.dataset.photos import write_capture
 from sim.dataset.room_folder import FolderOptions, Pictures, write_room, write_sequences
 from sim.phone.phone import SAMPLE_CAPTURE, PhoneOptions
-from sim.rehearsal import Scanned, SimulatedStep, simulate
+from sim.reality.room import Scanned
+from sim.rehearsal import SimulatedStep, simulate
 from sim.scenarios.scenario import Scenario, validate_scenario
 
 Form = Literal["room-c", "bop"]
@@ -30,7 +31,7 @@ Progress = Callable[[float, str], None]
 
 @dataclass(frozen=True, slots=True)
 class DatasetOptions:
-    """What is written.
+    """Form and extent of a data set.
 
     Attributes:
         form: "room-c" (docs/datasets.md) or "bop".
@@ -60,7 +61,7 @@ class DatasetOptions:
 
 @dataclass(frozen=True, slots=True)
 class Written:
-    """What lies in the folder.
+    """Contents of a folder that was written.
 
     Attributes:
         frames: of the sequence.

@@ -1,1 +1,1 @@
-"""What goes wrong in a rehearsal: each fault one small piece, read from a scenario's `[faults]`."""
+"""Faults of a rehearsal, a file each, read from a scenario's `[faults]`."""

@@ -1,4 +1,4 @@
-"""What every fault has in common, and the places at which one can act.
+"""Base of all faults, and the places at which one can act.
 
 A fault is a frozen dataclass that says how large it is at a moment; beside that it implements what
 it does at one place: to the light (`LightFault`), on the way (`WayFault`), or what the rehearsal
@@ -23,7 +23,7 @@ Picture = NDArray[np.uint8]
 
 @dataclass(frozen=True, slots=True)
 class Stage:
-    """What a fault may name.
+    """The scenario's room and people, which faults may name.
 
     Attributes:
         objects: ids of the room's objects.
@@ -67,7 +67,7 @@ class Fault(ABC):
         return ""
 
     def misfit(self, stage: Stage) -> tuple[str, object, str] | None:
-        """What doesn't fit the room: key, value and what is wanted; None if all does."""
+        """Return what doesn't fit the room: key, value and what is wanted; None if all does."""
         del stage
         return None
 

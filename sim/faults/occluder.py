@@ -19,7 +19,7 @@ from sim.faults.fault import Fault, Stage, misfit_of_object
 from sim.faults.span import Span, read_span
 from sim.tables import Table
 
-MOST_SHARE = 0.9
+MAX_SHARE = 0.9
 """Of the silhouette; a tenth stays in sight."""
 
 GAP_M = 0.05
@@ -66,7 +66,7 @@ class Occluder(Fault):
         """See `Fault.read`."""
         fault = cls(
             table.text("object"),
-            table.number("share", low=0.0, high=MOST_SHARE),
+            table.number("share", low=0.0, high=MAX_SHARE),
             read_span(table),
         )
         table.done()
@@ -118,7 +118,7 @@ def panel_placement(
     *,
     share: float,
 ) -> Placement:
-    """Where the sheet hides a share of an object's silhouette from the lens that sees it best.
+    """Place the sheet to hide a share of an object's silhouette from the lens that sees it best.
 
     Args:
         item: the object.
@@ -175,3 +175,8 @@ def _edge_slope(
         @ lens.unproject(np.stack([x, y], axis=1) / scale + low).T
     )
     return float(np.quantile(rays[0] / rays[2], share))
+
+
+def panel_id(object_id: str) -> str:
+    """Id of the body that hides an object."""
+    return f"occluder:{object_id}"

@@ -120,3 +120,9 @@ def read_faults(table: Table, *, more: Sequence[type[Fault]] = ()) -> Faults:
     faults = Faults(tuple(fault for fault in (*numbers, *lines) if fault is not None))
     table.done()
     return faults
+
+
+def changes_in_words(before: Mapping[str, None], now: Mapping[str, None]) -> list[str]:
+    """The faults that have come and those that have gone, of what `Faults.described` gave."""
+    begun = [words for words in now if words not in before]
+    return begun + [f"no more: {words}" for words in before if words not in now]

@@ -13,7 +13,7 @@ from scenes.pose import Pose
 from sim.faults.fault import Fault, Stage, misfit_of_object
 from sim.tables import Table
 
-MOST = 8
+MAX_TWINS = 8
 """Copies in one row; more than fits into any of the built-in rooms."""
 
 ROW_M = (0.8, 0.0)
@@ -47,7 +47,7 @@ class Twins(Fault):
         fault = cls(
             table.text("object"),
             table.point("at"),
-            table.integer("count", 1, low=0, high=MOST),
+            table.integer("count", 1, low=0, high=MAX_TWINS),
             table.number("yaw_deg", 0.0, low=-360.0, high=360.0),
             table.optional_point("step") or ROW_M,
         )

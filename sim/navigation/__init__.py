@@ -1,1 +1,1 @@
-"""Where people can walk: the free floor of a room, and ways on it."""
+"""Free floor of a room, and ways on it for people."""

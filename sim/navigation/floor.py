@@ -1,4 +1,4 @@
-"""Where a person may stand: the floor of a room on a grid, worked out once."""
+"""Free floor of a room for people, on a grid, worked out once."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ OBJECT_MARGIN_M = 0.20
 LOW_M, HIGH_M = 0.10, 1.80
 SAMPLE_M = 0.05
 """Longest edge of the triangles whose corners are looked up in the grid: less than a cell."""
-LEAST_IN_CELL_M2 = 8e-4
+MIN_IN_CELL_M2 = 8e-4
 """Surface above a cell that stands in the way: an eighth of the cell; less is a stray shred."""
-LEAST_REGION_M2 = 0.5
+MIN_REGION_M2 = 0.5
 """Free floor below which a region is the inside of a cupboard, and nobody stands there."""
 NEIGHBOURS = np.ones((3, 3), dtype=np.bool_)
 """Cells that touch by an edge or a corner: paths go across both."""
@@ -37,7 +37,7 @@ NEIGHBOURS = np.ones((3, 3), dtype=np.bool_)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FreeFloor:
-    """Where a person may stand.
+    """Cells of the floor on which a person may stand.
 
     Attributes:
         free: (rows, columns) bool; row is y, column is x.
@@ -157,11 +157,11 @@ def _in_the_way(room: PhysicalRoom, floor: FreeFloor) -> Mask:
         cells = np.floor((middle[kept, :2] - floor.low_xy) / CELL_M).astype(int)
         size = np.linalg.norm(area_vectors(small[kept]), axis=1)
         np.add.at(area, (cells[:, 1], cells[:, 0]), size)
-        pieces = _halved(pieces[~is_small], np.argmax(edges[~is_small], axis=1))
-    return area > LEAST_IN_CELL_M2
+        pieces = _halve(pieces[~is_small], np.argmax(edges[~is_small], axis=1))
+    return area > MIN_IN_CELL_M2
 
 
-def _halved(triangles: Array, edge: NDArray[np.intp]) -> Array:
+def _halve(triangles: Array, edge: NDArray[np.intp]) -> Array:
     """Triangles (T, 3, 3), each cut in two in the middle of an edge (T,)."""
     rows = np.arange(len(triangles))
     a, b, c = (triangles[rows, (edge + k) % 3] for k in range(3))
@@ -173,4 +173,4 @@ def _rooms_only(free: Mask) -> Mask:
     """Without regions that are too small to be a room's floor."""
     labels, count = _NDIMAGE.label(free, structure=NEIGHBOURS)
     sizes = np.bincount(labels.ravel(), minlength=count + 1) * CELL_M**2
-    return free & (sizes >= LEAST_REGION_M2)[labels]
+    return free & (sizes >= MIN_REGION_M2)[labels]

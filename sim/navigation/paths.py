@@ -69,10 +69,10 @@ def walking_path(
         if previous < 0:
             return [goal]
         cells.append(previous)
-    return _pulled_straight(floor, [start, *(centres[c] for c in reversed(cells)), goal])
+    return _pull_straight(floor, [start, *(centres[c] for c in reversed(cells)), goal])
 
 
-def _pulled_straight(
+def _pull_straight(
     floor: FreeFloor, points: list[NDArray[np.float64]]
 ) -> list[NDArray[np.float64]]:
     kept = []

@@ -21,7 +21,7 @@ def bearing(from_xy: Vector, to_xy: Vector) -> float:
     return math.atan2(float(way[1]), float(way[0]))
 
 
-def turned(local: Vector, yaw: float) -> Vector:
+def turn_vector(local: Vector, yaw: float) -> Vector:
     """A (2,) vector turned anticlockwise."""
     c, s = math.cos(yaw), math.sin(yaw)
     return np.array([c * local[0] - s * local[1], s * local[0] + c * local[1]])

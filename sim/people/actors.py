@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.mesh import PhysicalRoom
-from scenes.state import Annotation
+from scenes.state import Annotation, Avatar
 from sim.people.acts.carrying import carry, put
 from sim.people.acts.handing_over import hand_over, receive
 from sim.people.acts.pointing import draw, point
@@ -16,7 +16,7 @@ from sim.people.acts.pushing import push, turn
 from sim.people.acts.sitting import sit, stand_up
 from sim.people.acts.walking import NoWayError, hide, stand, walk
 from sim.people.person import TICK_NS, Person, Script
-from sim.people.posture import Posture
+from sim.people.posture import HEAD, Posture, head_camera, part_poses
 from sim.physics.any_room import Physics
 from sim.physics.moving.people import PersonTarget
 from sim.scenarios.actions import (
@@ -71,7 +71,7 @@ class Actor:
 
     @property
     def action_index(self) -> int:
-        """Which action is under way, counted from 0; their number when all are done."""
+        """Index of the action under way; the number of actions when all are done."""
         return self._index
 
     @property
@@ -83,12 +83,19 @@ class Actor:
         """The shape to draw: hands where the physics has them."""
         return self.person.posture(physics)
 
+    def avatar(self, physics: Physics) -> Avatar:
+        """The person as its headset reports it."""
+        posture = self.posture(physics)
+        hands = (posture.left_hand[None, :], posture.right_hand[None, :])
+        eyes = head_camera(part_poses(posture)[HEAD])
+        return Avatar(self.person_id, "local", eyes, hands, self.ray)
+
     def target(self) -> PersonTarget:
-        """What the person wants now."""
+        """The place where the person wants feet and hands to be."""
         return self.person.target()
 
     def new_annotations(self) -> tuple[Annotation, ...]:
-        """What has been drawn, or has grown, since this was asked last."""
+        """Return the lines that were drawn, or have grown, since this was asked last."""
         drawn = self.person.drawings
         fresh = tuple(line for key, line in drawn.items() if self._shown.get(key) is not line)
         self._shown = dict(drawn)

@@ -25,7 +25,7 @@ from sim.physics.moving.people import HAND_RADIUS_M, HANDS, HandTarget, PersonTa
 
 HEAD = "head"
 BODY_IDS = (HEAD, *HANDS)
-"""What the samples of one person are called."""
+"""Name of the stream of one person's samples."""
 GRASP_M = 0.15
 """Distance between the middle of a hand and an object within which the hand takes hold of it."""
 HEAD_BEFORE_FEET_M = 0.08
@@ -136,7 +136,7 @@ class DrivenPerson:
         self._phase = (self._phase + walked / max(self._stride_m, 0.35)) % 1.0
 
     def target(self) -> PersonTarget:
-        """What the person wants now."""
+        """Targets of the person's feet and hands."""
         left, right = (
             self._hand_target(hand, side) for hand, side in zip(HANDS, SIDES, strict=True)
         )

@@ -134,7 +134,7 @@ class Person:
         )
 
     def target(self) -> PersonTarget:
-        """What the person wants now."""
+        """Targets of the person's feet and hands."""
         b = self.body
         left, right = (HandTarget(h.position.copy(), h.yaw, h.solid, h.holds) for h in b.hands)
         if b.seated > 0.0:
@@ -185,7 +185,7 @@ class Person:
         )
 
     def floor(self, *, ignore: str | None = None, apart_m: float = 0.0) -> FreeFloor:
-        """Where the person may walk now.
+        """Return the floor on which the person may walk at this moment.
 
         Args:
             ignore: an object of which only the core is in the way.
@@ -202,12 +202,12 @@ class Person:
             obstacles.append((self.physics.object_pose(ignore).translation[:2], radius))
         return self.floor_map.around(obstacles)
 
-    def beside(self, point: Vector, *, least_m: float = 0.0, apart_m: float = 0.0) -> Vector:
+    def beside(self, point: Vector, *, min_m: float = 0.0, apart_m: float = 0.0) -> Vector:
         """Free floor near `point`, and near where the person already is if that is in reach.
 
         Args:
             point: (x, y).
-            least_m: distance to keep from it, if it can be kept.
+            min_m: distance to keep from it, if it can be kept.
             apart_m: distance kept from objects beyond the usual one.
         """
         floor = self.floor(apart_m=apart_m)
@@ -218,8 +218,8 @@ class Person:
         away = np.linalg.norm(centres - point, axis=1)
         way = np.linalg.norm(centres - self.body.position, axis=1)
         cost = away + 0.5 * way + 10.0 * np.maximum(away - COMFORTABLE_REACH_M, 0.0)
-        if least_m > 0.0:
-            cost = cost + 10.0 * np.maximum(least_m - away, 0.0)
+        if min_m > 0.0:
+            cost = cost + 10.0 * np.maximum(min_m - away, 0.0)
         return centres[int(np.argmin(cost))]
 
     def eye_height_m(self) -> float:

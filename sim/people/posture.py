@@ -1,4 +1,4 @@
-"""Where a person's limbs are: walking legs, bent knees and back, arms that reach for objects."""
+"""Poses of a person's limbs: walking legs, bent knees and back, arms that reach for objects."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from scenes.frames import WORLD_FROM_FORWARD_CAMERA
 from scenes.pose import Pose
 
 Vector = NDArray[np.float64]
@@ -48,6 +49,10 @@ PART_NAMES: tuple[str, ...] = (
     "left-thigh", "left-shin", "left-shoe",
     "right-thigh", "right-shin", "right-shoe",
 )  # fmt: skip
+HEAD = PART_NAMES.index("head")
+
+FACE_IN_HEAD = np.array([0.06, 0.0, 0.13])
+"""(3,) place between the eyes in the head's axes, metres."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +87,7 @@ BENDS = tuple(Bend.of_effort(float(effort)) for effort in np.linspace(0.0, 1.0, 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Posture:
-    """What decides a person's shape at one instant.
+    """Parameters of a person's shape at one instant.
 
     Attributes:
         position: (2,) on the floor, world metres.
@@ -247,3 +252,9 @@ def _pitched(angle_rad: float) -> NDArray[np.float64]:
     """Bend forward about the person's y axis."""
     c, s = math.cos(angle_rad), math.sin(angle_rad)
     return np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
+
+
+def head_camera(world_from_head: Pose) -> Pose:
+    """The head as a camera (x right, y down, z forward); its own x is forward and z up."""
+    level = Pose.from_yaw(-0.5 * math.pi) @ WORLD_FROM_FORWARD_CAMERA
+    return world_from_head @ Pose(level.rotation, FACE_IN_HEAD)

@@ -58,7 +58,7 @@ def remote_avatar(
 def remote_annotations(
     settings: RemoteSettings, *, since_s: float, t_s: float
 ) -> tuple[Annotation, ...]:
-    """What a remote user's lines look like now, of those that have grown since some time."""
+    """Return those of a remote user's lines that have grown since some time."""
     found: list[Annotation] = []
     for k, drawing in enumerate(settings.draws):
         if drawing.from_s < t_s and since_s < drawing.from_s + drawing.seconds:

@@ -1,5 +1,5 @@
 # pyright: standard
-"""What a simulated phone leaves on disk: photos or a video as a user has them, and the truth.
+"""Files of a simulated phone: photos or a video as a user has them, and the truth.
 
 The truth lies in a folder of its own, `truth/`, so that nothing that is given the capture finds it
 by accident: `truth.json`, and `transforms.json` in nerfstudio's form.
@@ -31,7 +31,7 @@ NANOSECONDS = 1_000_000_000
 
 @dataclass(frozen=True, slots=True)
 class Distortion:
-    """What is left of a lens's distortion: Brown's radial terms on z = 1."""
+    """Rest of a lens's distortion: Brown's radial terms on z = 1."""
 
     k1: float = 0.0
     k2: float = 0.0

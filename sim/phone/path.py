@@ -31,7 +31,7 @@ LOW_THING_M = 0.25
 """A phone is held over what is lower than this."""
 DIRECTIONS = 180
 ACROSS_SHARE, OUTWARD_SHARE = 0.92, 0.30
-"""Where the two laps run between the inner and the outer end of the free floor."""
+"""Shares, from the inner to the outer end of the free floor, at which the two laps run."""
 TURN_SHARE = 0.12
 """Part of a lap that the half turn between the laps takes."""
 KNOTS = 144
@@ -63,7 +63,7 @@ class HandShake:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Walk:
-    """Where the phone is at any time of a walk.
+    """Pose of the phone at any time of a walk.
 
     Attributes:
         duration_s: from the first to the last moment.

@@ -25,7 +25,7 @@ class Physics(Protocol):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What had to be assumed or changed at the start, a sentence each."""
+        """Assumptions and changes at the start, a sentence each."""
         ...
 
     def step(self, duration_ns: int) -> None:

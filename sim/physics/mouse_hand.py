@@ -39,7 +39,7 @@ class NotFree(KeyError):
 
 @dataclass(slots=True)
 class _Pull:
-    """What is gripped, where, and where that is to go; `held` (3, 3) is its attitude at first."""
+    """Grip on an object, its place and its goal; `held` (3, 3) is the attitude at first."""
 
     object_id: str
     point_in_object: NDArray[np.float64]
@@ -56,7 +56,7 @@ class MouseHand:
 
     @property
     def object_id(self) -> str | None:
-        """What is pulled now."""
+        """Id of the object that is pulled; None without one."""
         return None if self._pull is None else self._pull.object_id
 
     def pull(

@@ -1,1 +1,1 @@
-"""What stands for the real room where only a scan of it exists."""
+"""Stand-in for the real room where only a scan of it exists."""

@@ -25,12 +25,12 @@ PICTURE_PX = 48
 """Side of the two pictures in which the surroundings are seen: irradiance is smooth (Ramamoorthi
 and Hanrahan 2001: nine numbers hold it to 1 %), so 4 degrees a pixel are enough."""
 COSINE_BANDS = np.array([math.pi] + [2.0 * math.pi / 3.0] * 3 + [math.pi / 4.0] * 5)
-"""What a cosine does to each harmonic of the light (Ramamoorthi and Hanrahan 2001, eq. 8)."""
-LEAST_IRRADIANCE = 1e-3
-MOST_GAIN = 2.5
+"""Factor of a cosine lobe for each harmonic of the light (Ramamoorthi and Hanrahan 2001, eq. 8)."""
+MIN_IRRADIANCE = 1e-3
+MAX_GAIN = 2.5
 """A surface becomes at most so much lighter or darker than in the scan, in light: beyond that the
 estimate, which knows no light brighter than white, is wrong rather than the surface."""
-LEAST_KEY_SINE = 0.35
+MIN_KEY_SINE = 0.35
 """Lowest elevation of the main light: from lower its shadows fall on walls, not on the floor."""
 SHOWN = 0.8
 """Light on a surface halfway turned to the main light, as a share of what makes it look as its
@@ -41,7 +41,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Irradiance:
-    """What arrives at a place, by direction of the surface.
+    """Irradiance at a place, by direction of the surface.
 
     Attributes:
         coefficients: (9, 3) spherical harmonics to degree 2 of linear RGB.
@@ -58,7 +58,7 @@ class Irradiance:
         """
         fade = flatness[:, None] ** np.array([0] + [1] * 3 + [2] * 5)
         value = (basis(normals, 2) * fade) @ self.coefficients
-        return np.maximum(value, LEAST_IRRADIANCE)
+        return np.maximum(value, MIN_IRRADIANCE)
 
 
 def irradiance_at(place: Array, room: SplatCloud, renderer: Renderer) -> Irradiance:
@@ -103,7 +103,7 @@ def relit(
     normals, flatness = _normals(cloud)
     was = before.on(normals @ world_from_object_before.rotation.T, flatness)
     comes = now.on(normals @ world_from_object.rotation.T, flatness)
-    gain = np.clip(comes / was, 1.0 / MOST_GAIN, MOST_GAIN) ** (1.0 / GAMMA)
+    gain = np.clip(comes / was, 1.0 / MAX_GAIN, MAX_GAIN) ** (1.0 / GAMMA)
     gain32 = gain.astype(np.float32)
     sh = cloud.sh * gain32[:, None, :]
     sh[:, 0] += (gain32 - 1.0) * np.float32(0.5 / SH_C0)
@@ -122,7 +122,7 @@ def main_light(irradiance: Irradiance) -> tuple[Array, float, float]:
     slope = np.array([float(basis(axis[None], 1)[0, 1:] @ grey[1:4]) for axis in axes])
     size = float(np.linalg.norm(slope))
     direction = slope / size if size > 1e-9 else axes[2]
-    direction[2] = max(direction[2], LEAST_KEY_SINE)
+    direction[2] = max(direction[2], MIN_KEY_SINE)
     direction /= np.linalg.norm(direction)
     key = 2.0 * size
     ambient = max(mean - 0.25 * key, 0.1 * mean)

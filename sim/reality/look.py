@@ -21,7 +21,7 @@ from sim.reality.light import Irradiance, irradiance_at, relit
 SOLID = 0.5
 """Alpha from which on a point of the fine grid shows a body: there its outline runs."""
 CONTACT_M = 0.03
-"""What an object stands on is trained to about a splat's size, two centimetres in a room."""
+"""Depth tolerances: a support is trained to about a splat's size, two centimetres in a room."""
 SHADOW_M = 0.06
 """A shadow falls on what is trained to within three of those."""
 LIGHT_CELL_M = 0.25

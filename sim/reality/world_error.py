@@ -1,4 +1,4 @@
-"""Where a scan's metric world may be wrong: the real room is a little elsewhere, larger and bent.
+"""Error of a scan's metric world: the real room is a little elsewhere, larger and bent.
 
 Codes give the scan's world with an error that the preparation predicts. In the real room that error
 lies between what devices report (in the codes' world) and what the tracker draws (the scan).
@@ -39,7 +39,7 @@ class WorldError:
         return left @ right
 
     def moved(self, scan_from_body: Pose) -> Pose:
-        """Where a body of the scan's world is in the real one."""
+        """Move a body of the scan's world to its place in the real one."""
         return Pose(
             self.rotation @ scan_from_body.rotation,
             self.linear @ scan_from_body.translation + self.shift_m,

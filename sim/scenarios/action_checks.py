@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,6 +14,7 @@ from sim.scenarios.actions import (
     Action,
     Carry,
     HandOver,
+    PersonSettings,
     Place,
     Point,
     Push,
@@ -26,11 +26,8 @@ from sim.scenarios.actions import (
 )
 from sim.tables import ScenarioError
 
-if TYPE_CHECKING:
-    from sim.scenarios.scenario import PersonSettings
-
 HEAVIEST_KG = HAND_FORCE_LIMIT_N / 9.81 - 1.0
-"""What one hand lifts, with a kilogram's force left to move it."""
+"""Mass that one hand lifts, kg, with a kilogram's force left to move it."""
 ARM_M = 1.2
 """Distance from free floor within which a hand gets to something, leaning forward."""
 NEAR_M = 0.6

@@ -1,4 +1,4 @@
-"""The actions of a scripted person. Places are (x, y) on the floor or (x, y, z), world metres."""
+"""Scripted people and their actions. Places are (x, y) on the floor or (x, y, z), world metres."""
 
 from __future__ import annotations
 
@@ -174,6 +174,24 @@ class Draw:
 Action = Walk | Stand | Push | Turn | Carry | Put | Hide | Sit | HandOver | Receive | Point | Draw
 """Any action of a person."""
 
+
+@dataclass(frozen=True, slots=True)
+class PersonSettings:
+    """A person in the room.
+
+    Attributes:
+        person_id: unique.
+        start: (x, y) on the floor, metres.
+        facing_deg: from world x, anticlockwise.
+        actions: done in order.
+    """
+
+    person_id: str
+    start: tuple[float, float]
+    facing_deg: float
+    actions: tuple[Action, ...]
+
+
 ACTION_NAMES: dict[type[Action], str] = {
     Walk: "walk",
     Stand: "stand",
@@ -188,9 +206,9 @@ ACTION_NAMES: dict[type[Action], str] = {
     Point: "point",
     Draw: "draw",
 }
-"""What a scenario file calls each action."""
+"""Names of the actions in scenario files."""
 
 
 def name_of(action: Action) -> str:
-    """What a scenario file calls an action."""
+    """Name of an action in scenario files."""
     return ACTION_NAMES[type(action)]

@@ -23,7 +23,7 @@ BEHIND_M = 0.55
 """Room that somebody needs behind what he pushes: arms and body."""
 CARRIED_M = 0.2
 """How far something small is carried along what it stands on; it hardly leaves a table."""
-MOST_PUSHED, MOST_CARRIED = 2, 1
+MAX_PUSHED, MAX_CARRIED = 2, 1
 CAMERA_M = 1.3
 """Height of the camera on its stand: between table and eyes."""
 CAMERA_GAP_M = 0.5
@@ -95,12 +95,12 @@ def _actions(
     pushed: list[str] = []
     carried: list[str] = []
     for item in low:
-        if len(pushed) < MOST_PUSHED:
+        if len(pushed) < MAX_PUSHED:
             goal = _push_goal(item, room.objects, floor, walkable, camera)
             if goal is not None:
                 place = f"[{goal[0]:.2f}, {goal[1]:.2f}]"
                 pushed.append(f'{{ do = "push", object = "{item.object_id}", to = {place} }}')
-    for item in flattest[:MOST_CARRIED]:
+    for item in flattest[:MAX_CARRIED]:
         at = item.world_from_object.translation[:2]
         goal = at + CARRIED_M * direction(_open_side(item, room.objects))
         place = f"[{goal[0]:.2f}, {goal[1]:.2f}]"
@@ -122,7 +122,7 @@ def _push_goal(
     walkable: FreeFloor,
     camera: Vector,
 ) -> Vector | None:
-    """Where an object can be pushed straight: free ahead of it, and behind it for who pushes."""
+    """Find where an object can be pushed straight: free ahead, and behind it for the person."""
     pose = item.world_from_object
     at = pose.translation[:2]
     others = [

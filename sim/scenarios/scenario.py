@@ -22,13 +22,13 @@ from sim.faults.fault import Fault
 from sim.faults.settings import Faults, read_faults
 from sim.scenarios.action_checks import Checks, check_people
 from sim.scenarios.action_tables import read_action, read_colour, read_line
-from sim.scenarios.actions import Action
+from sim.scenarios.actions import PersonSettings
 from sim.scenarios.arrangement import Arrangement, read_arrangement
 from sim.tables import ScenarioError, Table
 
 SCENARIO_FOLDER = Path(__file__).parent
 DEFAULT_SCENARIOS = {"lab": "lab-rearrange", "desk": "desk-reading", "tangram": "tangram-lesson"}
-"""Which built-in scenario belongs to which built-in room."""
+"""Built-in scenario of each built-in room."""
 
 ROOM_MARGIN_M = 0.05
 AIM_M = 0.2
@@ -60,28 +60,11 @@ class CameraSettings:
 
     @property
     def world_from_rig(self) -> Pose | None:
-        """Where the scenario puts the camera, or None."""
+        """Pose of the camera, or None where the scenario leaves it to the room."""
         if self.position is None:
             return None
         eye, turn = np.array(self.position), math.radians(self.facing_deg)
         return look_at(eye, eye + np.array([math.cos(turn), math.sin(turn), 0.0]))
-
-
-@dataclass(frozen=True, slots=True)
-class PersonSettings:
-    """A person in the room.
-
-    Attributes:
-        person_id: unique.
-        start: (x, y) on the floor, metres.
-        facing_deg: from world x, anticlockwise.
-        actions: done in order.
-    """
-
-    person_id: str
-    start: tuple[float, float]
-    facing_deg: float
-    actions: tuple[Action, ...]
 
 
 @dataclass(frozen=True, slots=True)

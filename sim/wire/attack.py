@@ -40,7 +40,7 @@ class HostilePeer:
 
     @property
     def address(self) -> tuple[str, int]:
-        """Where it listens."""
+        """Address at which it listens."""
         return self._port.address
 
     def close(self) -> None:

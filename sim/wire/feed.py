@@ -1,4 +1,4 @@
-"""What a simulated camera sends: pictures with their times, paced, or a test pattern of its own."""
+"""Pictures that a simulated camera sends: with their times, paced, or a test pattern."""
 
 from __future__ import annotations
 

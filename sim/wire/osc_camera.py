@@ -1,4 +1,4 @@
-"""What a simulated Insta360 camera does when asked over HTTP: options, pictures, recordings, files.
+"""A simulated Insta360 camera over HTTP: options, pictures, recordings, files.
 
 Requests in, replies out; no socket, no thread. Values and errors are those of the vendor's page of
 its Open Spherical Camera interface.
@@ -13,12 +13,12 @@ from devices.clock import Clock
 from devices.insta360.commands import CameraInfo
 
 FOLDER = "/DCIM/Camera01/"
-"""Where the camera keeps its files."""
+"""Folder of the camera's files."""
 
-MOST_FILES = 256
+MAX_FILES = 256
 """Files on the simulated card; the oldest goes when another one is made."""
 
-MOST_COMMANDS = 16
+MAX_COMMANDS = 16
 """Commands in progress that are remembered."""
 
 _READ_ONLY = frozenset({"_sysTimestamp", "_batteryCapacity", "remainingSpace", "totalSpace"})
@@ -162,7 +162,7 @@ class OscCamera:
             raise _RefusedError("disabledCommand", "Currently camera is not working in image mode")
         if not self.has_card:
             raise _RefusedError("disabledCommand", "no card")
-        if len(self._taking) >= MOST_COMMANDS:
+        if len(self._taking) >= MAX_COMMANDS:
             self._taking.pop(next(iter(self._taking)))
         self._count += 1
         now_ns = self.clock.now_ns()
@@ -199,7 +199,7 @@ class OscCamera:
         return {"fileUrls": [base_url + FOLDER + name], "_localFileUrls": [FOLDER + name]}
 
     def _store(self, name: str, data: bytes) -> None:
-        while len(self._files) >= MOST_FILES:
+        while len(self._files) >= MAX_FILES:
             self._files.pop(next(iter(self._files)))
         self._files[name] = data
 

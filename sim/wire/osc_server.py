@@ -21,7 +21,7 @@ from sim.wire.osc_camera import OscCamera
 LARGEST_REQUEST_BYTES = 1 << 16
 """Limit of a request's body; the longest that a client sends is about 1 kB."""
 
-MOST_CONNECTIONS = 16
+MAX_CONNECTIONS = 16
 """Connections at a time; further ones are closed at once."""
 
 WAIT_S = 5.0
@@ -33,7 +33,7 @@ REQUEST_S = 15.0
 
 @dataclass(frozen=True, slots=True)
 class OscFaults:
-    """What is wrong with the camera; may be exchanged while it runs.
+    """Faults of the camera; may be exchanged while it runs.
 
     Attributes:
         delay_s: replies are that late.
@@ -74,7 +74,7 @@ class OscServer:
 
     @property
     def address(self) -> tuple[str, int]:
-        """Where it listens."""
+        """Address at which it listens."""
         host, port = self._http.server_address[:2]
         return str(host), port
 
@@ -112,16 +112,16 @@ class OscServer:
 
 
 class _Http(ThreadingMixIn, HTTPServer):
-    """A thread a connection, but not more than `MOST_CONNECTIONS`; silent about broken ones."""
+    """A thread a connection, but not more than `MAX_CONNECTIONS`; silent about broken ones."""
 
     daemon_threads = True
     allow_reuse_address = True
-    request_queue_size = 2 * MOST_CONNECTIONS
+    request_queue_size = 2 * MAX_CONNECTIONS
 
     def __init__(self, address: tuple[str, int], osc: OscServer) -> None:
         self.osc = osc
         self.failures = 0
-        self._room = threading.BoundedSemaphore(MOST_CONNECTIONS)
+        self._room = threading.BoundedSemaphore(MAX_CONNECTIONS)
         super().__init__(address, _Handler)
 
     def server_bind(self) -> None:

@@ -61,7 +61,7 @@ CLOSE_S = 5.0
 GARBAGE_BYTES = 4096
 """Size of a piece of garbage between packets."""
 
-MOST_ABANDONED = 8
+MAX_ABANDONED = 8
 """Connections that are kept open after the camera vanished from them; the oldest is closed."""
 
 _UNKNOWN_COMMAND, _UNKNOWN_BODY, _EXECUTE = 1, 2, 3
@@ -70,7 +70,7 @@ _UNKNOWN_COMMAND, _UNKNOWN_BODY, _EXECUTE = 1, 2, 3
 
 @dataclass(frozen=True, slots=True)
 class PreviewFaults:
-    """What is wrong with the camera or the way to it; may be exchanged while it runs.
+    """Faults of the camera and of the way to it; may be exchanged while it runs.
 
     Attributes:
         delay_s: every picture is sent that much later.
@@ -133,12 +133,12 @@ class PreviewServer:
         self.sent_units = 0
         """Access units handed to the network so far."""
         self.set_times: tuple[int, int] | None = None
-        """What a client set the clock to last: seconds since 1970 and east of Greenwich."""
+        """Clock as a client set it last: seconds since 1970 and east of Greenwich."""
         self._port.start(self._accept)
 
     @property
     def address(self) -> tuple[str, int]:
-        """Where it listens."""
+        """Address at which it listens."""
         return self._port.address
 
     def close(self) -> None:
@@ -157,7 +157,7 @@ class PreviewServer:
         if client is not None:
             client.vanish()
             self._abandoned.append(client)
-        while len(self._abandoned) > MOST_ABANDONED:
+        while len(self._abandoned) > MAX_ABANDONED:
             self._abandoned.popleft().close()
 
     def _accept(self, connection: socket.socket) -> None:
@@ -167,7 +167,7 @@ class PreviewServer:
         self._client = _Client(self, connection, Random(self._seed + self.connections))
 
     def reply(self, command: Message) -> Message:
-        """What the camera answers to a command; starting and stopping is left to the caller."""
+        """Answer a command; starting and stopping is left to the caller."""
         try:
             body = self._body(command)
         except ProtobufError as error:

@@ -27,7 +27,7 @@ SEND_BYTES = 1 << 18
 """Bytes that wait in the socket, at most: 0.25 s at 8 Mbit/s. With the system's megabytes a camera
 would send into a dead connection for many seconds before it noticed."""
 
-MOST_READS = 200
+MAX_READS = 200
 """Pieces in which an answer may come: servers send it in one to three. One that sends other
 messages for ever, or a byte at a time, is none."""
 
@@ -85,7 +85,7 @@ class RtmpClient:
         self._socket.sendall(encode_message(COMMAND, data, chunk_bytes=CHUNK_BYTES))
 
     def _wait(self, name: str) -> None:
-        for _read in range(MOST_READS):
+        for _read in range(MAX_READS):
             for message in self._messages():
                 if message.kind != COMMAND:
                     continue
@@ -93,7 +93,7 @@ class RtmpClient:
                 if values and values[0] == name:
                     _check(values)
                     return
-        raise RtmpError(f"RTMP: no {name} within {MOST_READS} answers of the server")
+        raise RtmpError(f"RTMP: no {name} within {MAX_READS} answers of the server")
 
     def _messages(self) -> list[Message]:
         data = self._socket.recv(65536)
@@ -103,14 +103,14 @@ class RtmpClient:
 
     def _exactly(self, count: int) -> bytes:
         data = b""
-        for _read in range(MOST_READS):
+        for _read in range(MAX_READS):
             if len(data) == count:
                 return data
             more = self._socket.recv(count - len(data))
             if not more:
                 raise RtmpError("RTMP: the server closed the connection in the greeting")
             data += more
-        raise RtmpError(f"RTMP: the server's greeting comes in more than {MOST_READS} pieces")
+        raise RtmpError(f"RTMP: the server's greeting comes in more than {MAX_READS} pieces")
 
     def send_video(self, data: bytes, time_ms: int) -> None:
         """One video message.

@@ -68,7 +68,7 @@ class RtmpPush:
         self.connections = 0
         """Connections made."""
         self.error = ""
-        """What broke the last connection, in words."""
+        """Error that broke the last connection, in words."""
         self._task.start()
 
     @property

@@ -19,7 +19,7 @@ from studio.console.progress import Progress, text_progress
 
 if TYPE_CHECKING:
     from devices.clock import Clock
-    from sim.wire.faults.schedule import FaultSchedule, WireFault
+    from sim.wire.faults import FaultSchedule, WireFault
     from sim.wire.film.film import Film
     from sim.wire.streaming.camera import CameraPlan, FilmCamera
     from sim.wire.streaming.events import CameraEvent
@@ -100,8 +100,7 @@ def run(args: argparse.Namespace) -> int:
     Raises:
         ValueError, OSError: bad input, a port that is taken, or a full disk.
     """
-    from sim.wire.faults.reading import read_fault, read_faults_file
-    from sim.wire.faults.schedule import FaultSchedule
+    from sim.wire.faults import FaultSchedule, read_fault, read_faults_file
     from sim.wire.streaming.camera import CameraPlan
     from sim.wire.streaming.truth_file import TruthWriter
 
@@ -155,8 +154,7 @@ def _stream(
 
 def _take_faults(schedule: FaultSchedule, camera: FilmCamera, voice: _Voice) -> None:
     """Read faults from standard input on a thread of its own, until it ends."""
-    from sim.wire.faults.reading import read_fault
-    from sim.wire.faults.schedule import FaultError
+    from sim.wire.faults import FaultError, read_fault
 
     def read(_task: Task[None]) -> None:
         for line in sys.stdin:
@@ -225,7 +223,7 @@ def _film(args: argparse.Namespace, faults: tuple[WireFault, ...], voice: _Voice
     """The film that was asked for, from the cache or made now."""
     if not _is_file(args.source):
         return _script_film(args, faults, voice)
-    from sim.wire.faults.schedule import FILMED
+    from sim.wire.faults import FILMED
     from sim.wire.film.film_file import cached_film, film_digest
     from sim.wire.film.found import RECORDING_SUFFIX, film_recording, film_video
 
@@ -245,7 +243,7 @@ def _film(args: argparse.Namespace, faults: tuple[WireFault, ...], voice: _Voice
 
 
 def _script_film(args: argparse.Namespace, faults: tuple[WireFault, ...], voice: _Voice) -> Film:
-    from sim.wire.faults.schedule import film_faults
+    from sim.wire.faults import film_faults
     from sim.wire.film.drawn import LONGEST_S, FilmOptions, draw_film, filmed_scenario
     from sim.wire.film.film_file import cached_film, film_digest
     from sim.wire.film.layouts import Layout

@@ -45,7 +45,7 @@ class Table:
 
     @property
     def poses(self):
-        """Where each object was scanned."""
+        """Poses at which the objects were scanned."""
         return {name: model.source.world_from_object for name, model in self.models.items()}
 
     def filmed(self, poses, *, seq=0, t_ns=0):
@@ -67,7 +67,7 @@ class Table:
         return Frame("camera", seq, t_ns, t_ns, (image,), RIG, world_from_rig)
 
     def scene(self, poses=None, **stamp):
-        """What is known of such a frame before any object is looked at."""
+        """Such a frame before any object is looked at."""
         frame = self.filmed(poses or {}, **stamp)
         return Scene(
             frame=frame,

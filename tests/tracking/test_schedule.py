@@ -1,4 +1,4 @@
-"""What no frame needs at once is done in turn, less often while frames are late, but never not."""
+"""Work that no frame needs at once is done in turn, less often while frames are late."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tracking.schedule import LATE_FRAMES, MOST_DEFERRED_FRAMES, Schedule
+from tracking.schedule import LATE_FRAMES, MAX_DEFERRED_FRAMES, Schedule
 
 
 def schedules(numbers: Sequence[int]) -> list[Schedule]:
@@ -19,7 +19,7 @@ def schedules(numbers: Sequence[int]) -> list[Schedule]:
 
 
 def turns(seen: Sequence[Schedule]) -> list[list[int]]:
-    """Whose turn it was: of what is measured and of what is learned."""
+    """Turns that came: of measurements and of bands to learn."""
     kinds = ([schedule.measures, schedule.learns] for schedule in seen)
     measured, learned = zip(*kinds, strict=True)
     return [[turn for turn in kind if turn is not None] for kind in (measured, learned)]
@@ -40,7 +40,7 @@ def test_a_dropped_picture_defers_what_is_due_for_a_while() -> None:
     done = sum(not schedule.is_free and not schedule.deferred for schedule in late)
     assert 1 <= done <= len(late) // 5
     after = [schedule for schedule in seen if schedule.seq > 11 + LATE_FRAMES]
-    assert not any(schedule.deferred for schedule in after[MOST_DEFERRED_FRAMES:])
+    assert not any(schedule.deferred for schedule in after[MAX_DEFERRED_FRAMES:])
 
 
 @given(st.lists(st.integers(1, 4), min_size=60, max_size=200))
@@ -53,7 +53,7 @@ def test_nothing_is_left_out_or_waits_for_ever(steps: list[int]) -> None:
     for kind in turns(seen):
         assert kind == list(range(len(kind)))
         assert kind
-    assert max(schedule.deferred for schedule in seen) <= MOST_DEFERRED_FRAMES
+    assert max(schedule.deferred for schedule in seen) <= MAX_DEFERRED_FRAMES
     assert [schedule.is_first for schedule in seen] == [True, *([False] * len(steps))]
 
 

@@ -64,7 +64,7 @@ class Strips(Generic[Value]):
         return taken or [self.parts[0][:0, columns]]
 
     def __getitem__(self, place: tuple[slice, slice]) -> NDArray[Value]:
-        """What `cut` gives, in one piece."""
+        """The rows that `cut` gives, in one piece."""
         parts = self.cut(*place)
         return parts[0] if len(parts) == 1 else np.concatenate(parts)
 

@@ -24,7 +24,7 @@ REACH = 0.25
 PART_GAP_PX = 11
 """Parts of an object may be this far apart in its mask."""
 
-LEAST_COLOUR_SIMILARITY = 0.08
+MIN_COLOUR_SIMILARITY = 0.08
 """Pixels whose colour is less like the object's than this belong to something else."""
 
 
@@ -55,7 +55,7 @@ class Detection:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Expected:
-    """What a detector may know of an object beforehand.
+    """An object as far as a detector may know it beforehand.
 
     Attributes:
         object_id: which object.
@@ -79,7 +79,7 @@ class Detector(Protocol):
 
 
 class BackgroundDetector:
-    """What differs from the empty room, split among the objects expected near it.
+    """Finds differences to the empty room and splits them among the objects expected there.
 
     A blob may hold a person and an object at once: each pixel goes to the expected object that its
     colour and place fit best, or to nobody.
@@ -126,7 +126,7 @@ def _pixel_score(
     y, x = np.mgrid[top:bottom, left:right] + 0.5
     apart = np.maximum(np.abs(x - centre[0]) / side[0], np.abs(y - centre[1]) / side[1])
     nearness = np.exp(-np.maximum(apart - 0.5, 0.0))
-    accepted = foreground[window] & (similarity > LEAST_COLOUR_SIMILARITY)
+    accepted = foreground[window] & (similarity > MIN_COLOUR_SIMILARITY)
     scores[window] = np.where(accepted, similarity * nearness, 0.0)
     return scores
 

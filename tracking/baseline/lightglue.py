@@ -28,7 +28,7 @@ MULTIPLE_PX = 32
 LONGEST_SIDE_PX = 512
 """Of the input, where the file leaves it open: larger takes seconds on a laptop."""
 
-LEAST_SCORE = 0.1
+MIN_SCORE = 0.1
 
 
 class LightGlueMatcher:
@@ -94,7 +94,7 @@ class LightGlueMatcher:
             raise ValueError(
                 f"matcher {self._file}: answered with {shapes}, wanted [2, K, 2], [M, 3] and [M]"
             )
-        of_pair = matches[(matches[:, 0] == 0) & (scores >= LEAST_SCORE), 1:].astype(np.intp)
+        of_pair = matches[(matches[:, 0] == 0) & (scores >= MIN_SCORE), 1:].astype(np.intp)
         if of_pair.size and not (of_pair.min() >= 0 and of_pair.max() < keypoints.shape[1]):
             raise ValueError(
                 f"matcher {self._file}: matches point {of_pair.max()}, limit "

@@ -26,7 +26,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.messages import Frame
-from scenes.cameras import Pinhole
 from scenes.pose import Pose
 from scenes.render.renderer import PosedSplats, Renderer
 from scenes.splats import SplatCloud
@@ -35,26 +34,22 @@ from scenes.warp import VirtualView
 from tracking.background.images import BackgroundImages, fit_exposure, render_background
 from tracking.background.layers import drawn_layer
 from tracking.background.learning import learn, whole_lens
-from tracking.baseline.associate import associate
 from tracking.baseline.detect import BackgroundDetector, Detection, Detector, Expected
-from tracking.baseline.identity import Track2D, Visibility, begin_track, settle, update_tracks
+from tracking.baseline.estimate import UPDATE_NS, PaperTrack, estimate
+from tracking.baseline.identity import (
+    Track2D,
+    Visibility,
+    associate,
+    begin_track,
+    settle,
+    update_tracks,
+)
 from tracking.baseline.matcher import Matcher, SiftMatcher
 from tracking.baseline.rectify import RectifiedView, front, rectify
-from tracking.baseline.refine import chamfer, contour_pixels, minimise_chamfer, observe_contour
 from tracking.baseline.smoothing import Glide, Kalman
-from tracking.baseline.yaw_search import coarse_yaw
-from tracking.model.object_model import RENDER_OPTIONS, make_model
+from tracking.model.object_model import make_model
 from tracking.output import Stopwatch, TrackOutput, no_stopwatch
 from tracking.window.window import window_around
-
-UPDATE_NS = 1_000_000_000
-"""The paper's budget: one pose per object and second."""
-
-FALSE_MOTION_PX2 = 5.0
-"""Chamfer loss of the last pose below which nothing really moved (paper; value not given)."""
-
-WINDOW_SIDES = 1.9
-"""The part of the view that is drawn and compared, in sides of the detection box."""
 
 UNCERTAINTY = np.diag([0.1**2] * 4)
 """Covariance reported for a pose: the filter's measurement noise."""
@@ -62,7 +57,7 @@ UNCERTAINTY = np.diag([0.1**2] * 4)
 
 @dataclass(frozen=True, slots=True)
 class PaperOptions:
-    """What the paper's local user may change.
+    """Settings that the paper's local user may change.
 
     Attributes:
         fov_deg: field of view of the rectified front view.
@@ -72,23 +67,8 @@ class PaperOptions:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class PaperTrack:
-    """One object's filter and displayed movement.
-
-    Attributes:
-        kalman: after the last update.
-        glide: what viewers see.
-        updated_ns: frame time of the last estimate, or None before the first.
-    """
-
-    kalman: Kalman
-    glide: Glide
-    updated_ns: int | None
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class PaperState:
-    """What the paper's tracker remembers between frames.
+    """State of the paper's tracker between frames.
 
     Attributes:
         tracks_2d: identity layer, by object id; only objects that were found.
@@ -101,16 +81,6 @@ class PaperState:
     tracks: Mapping[str, PaperTrack]
     background: BackgroundImages | None
     view: VirtualView | None
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Window:
-    """A part of the rectified view: a camera with the same rays, and what is seen through it."""
-
-    camera: Pinhole
-    world_from_camera: Pose
-    image: NDArray[np.uint8]
-    mask: NDArray[np.bool_]
 
 
 class PaperTracker:
@@ -182,13 +152,20 @@ class PaperTracker:
         tracks_2d = dict(tracks_2d)
         for source in self._objects:
             track_2d = tracks_2d.get(source.object_id)
-            if track_2d is not None and _due(track_2d, tracks[source.object_id], frame.t_ns):
-                track, done = self._estimate(
-                    source, tracks[source.object_id], track_2d, view, frame
+            track = tracks[source.object_id]
+            if track_2d is None or not _is_due(track_2d, track, frame.t_ns):
+                continue
+            if track_2d.detection is not None:
+                tracks[source.object_id] = estimate(
+                    source,
+                    track,
+                    track_2d.detection,
+                    view,
+                    t_ns=frame.t_ns,
+                    renderer=self._renderer,
+                    matcher=self._matcher,
                 )
-                tracks[source.object_id] = track
-                if done:
-                    tracks_2d[source.object_id] = settle(track_2d)
+                tracks_2d[source.object_id] = settle(track_2d)
         posed = self._stopwatch()
         state = replace(
             state, tracks_2d=MappingProxyType(tracks_2d), tracks=MappingProxyType(tracks)
@@ -261,7 +238,7 @@ class PaperTracker:
     def _expect(
         self, source: ObjectModel, state: PaperState, view: RectifiedView
     ) -> Expected | None:
-        """Where the detector should look: the last box, or the scan's box before the first."""
+        """The box in which the detector should look: the last one, or the scan's at first."""
         pose = state.tracks[source.object_id].kalman.pose()
         in_camera = view.world_from_camera.inverse() @ (pose @ box_corners(source))
         pixels, valid = view.camera.project(in_camera)
@@ -276,61 +253,6 @@ class PaperTracker:
             box = np.concatenate([track.centre_px - 0.5 * size, track.centre_px + 0.5 * size])
         return Expected(source.object_id, source.kind, box, self._colours[source.object_id])
 
-    def _estimate(
-        self,
-        source: ObjectModel,
-        track: PaperTrack,
-        track_2d: Track2D,
-        view: RectifiedView,
-        frame: Frame,
-    ) -> tuple[PaperTrack, bool]:
-        """Staged optimiser: coarse yaw by keypoints, then Chamfer (paper 4.4.2)."""
-        detection = track_2d.detection
-        if detection is None:
-            return track, False
-        window = _cut(view, detection)
-        observed = observe_contour(window.mask)
-        last = track.kalman.pose()
-        centre = np.array([0.0, 0.0, 0.5 * source.box_m[2]])
-        camera_from_world = window.world_from_camera.inverse()
-
-        def pose_of(vector: NDArray[np.float64]) -> Pose:
-            beside = np.array([vector[0], vector[1], 0.0])
-            middle = window.world_from_camera @ (ray * vector[2] + beside)
-            return Pose.from_yaw(float(vector[3]), middle - centre)
-
-        def draw(world_from_object: Pose) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
-            drawn = self._renderer.render(
-                (PosedSplats(source.splats, world_from_object),),
-                window.camera,
-                window.world_from_camera,
-                RENDER_OPTIONS,
-            )
-            picture = np.clip(drawn.rgb * 255.0 + 0.5, 0, 255).astype(np.uint8)
-            return picture, drawn.alpha > 0.5
-
-        mask = draw(last)[1]
-        if chamfer(contour_pixels(mask), observed) < FALSE_MOTION_PX2:
-            return replace(track, updated_ns=frame.t_ns), True
-        in_camera = camera_from_world @ (last @ centre)
-        depth = float(in_camera[2])
-        aim = _centre_beside_box(mask, window.camera, in_camera)
-        ray = window.camera.unproject((_box_centre(window.mask) + aim)[None])[0]
-        ray = ray / ray[2]
-        cut_out = np.where(window.mask[..., None], window.image, np.uint8(0))
-        yaw, _ = coarse_yaw(
-            cut_out,
-            lambda candidate: draw(pose_of(np.array([0.0, 0.0, depth, candidate])))[0],
-            self._matcher,
-            fallback=last.yaw(),
-        )
-        best, _ = minimise_chamfer(
-            np.array([0.0, 0.0, depth, yaw]), observed, lambda vector: draw(pose_of(vector))[1]
-        )
-        kalman = track.kalman.update(pose_of(best))
-        glide = Glide(track.glide.at(frame.t_ns), kalman.pose(), frame.t_ns, frame.t_ns + UPDATE_NS)
-        return PaperTrack(kalman, glide, frame.t_ns), True
-
 
 def box_corners(source: ObjectModel) -> NDArray[np.float64]:
     """(8, 3) corners of an object's box in its frame."""
@@ -339,34 +261,7 @@ def box_corners(source: ObjectModel) -> NDArray[np.float64]:
     return signs * np.array([x, y, z])
 
 
-def _box_centre(mask: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """(2,) centre of a mask's box in pixels."""
-    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
-    return 0.5 * np.array([columns[0] + columns[-1] + 1, rows[0] + rows[-1] + 1], dtype=np.float64)
-
-
-def _centre_beside_box(
-    mask: NDArray[np.bool_], camera: Pinhole, in_camera: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """(2,) pixels from an object's box centre to its projected centre, as drawn at the last pose.
-
-    At the border of a wide view they differ by more than the 5 cm that x and y may change.
-    """
-    if not mask.any() or in_camera[2] < 0.1:
-        return np.zeros(2)
-    pixel = np.array(
-        [
-            camera.fx * in_camera[0] / in_camera[2] + camera.cx,
-            camera.fy * in_camera[1] / in_camera[2] + camera.cy,
-        ]
-    )
-    height, width = mask.shape
-    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
-    cut = rows[0] == 0 or columns[0] == 0 or rows[-1] == height - 1 or columns[-1] == width - 1
-    return np.zeros(2) if cut else pixel - _box_centre(mask)
-
-
-def _due(track_2d: Track2D, track: PaperTrack, t_ns: int) -> bool:
+def _is_due(track_2d: Track2D, track: PaperTrack, t_ns: int) -> bool:
     if track_2d.detection is None or _is_cut_off(track_2d.detection):
         return False
     rested = track.updated_ns is None or t_ns - track.updated_ns >= UPDATE_NS
@@ -377,25 +272,6 @@ def _is_cut_off(detection: Detection) -> bool:
     height, width = detection.mask.shape
     left, top, right, bottom = detection.box_px
     return bool(left < 1 or top < 1 or right > width - 1 or bottom > height - 1)
-
-
-def _cut(view: RectifiedView, detection: Detection) -> _Window:
-    """The part of the view around a detection, as a camera of its own."""
-    height, width = detection.mask.shape
-    half = 0.5 * WINDOW_SIDES * float(detection.size_px().max()) + 4.0
-    left, top = np.floor(np.clip(detection.centre_px() - half, 0, (width, height))).astype(int)
-    right, bottom = np.ceil(np.clip(detection.centre_px() + half, 0, (width, height))).astype(int)
-    whole = view.camera
-    camera = Pinhole(
-        int(right - left),
-        int(bottom - top),
-        whole.fx,
-        whole.fy,
-        whole.cx - float(left),
-        whole.cy - float(top),
-    )
-    part = (slice(top, bottom), slice(left, right))
-    return _Window(camera, view.world_from_camera, view.image[part], detection.mask[part])
 
 
 def _report(source: ObjectModel, state: PaperState, frame: Frame) -> TrackedObject:

@@ -17,7 +17,7 @@ XY_BOUND_M = 0.05
 Z_BOUND_M = 0.5
 """Bounds around the start (paper): beside the ray to the object, along it, about up."""
 
-MOST_DRAWINGS = 200
+MAX_DRAWINGS = 200
 """The paper's budget of 1 s at 4 ms a drawing, less the keypoint stage."""
 
 NOTHING_DRAWN = 1e6
@@ -100,6 +100,6 @@ def minimise_chamfer(
         start,
         method="Powell",
         bounds=list(zip(start - bound, start + bound, strict=True)),
-        options={"maxfev": MOST_DRAWINGS, "xtol": 1e-3, "ftol": 1e-3},
+        options={"maxfev": MAX_DRAWINGS, "xtol": 1e-3, "ftol": 1e-3},
     )
     return np.asarray(result.x, dtype=np.float64), float(result.fun)

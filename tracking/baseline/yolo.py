@@ -23,7 +23,7 @@ FloatArray = NDArray[np.float32]
 
 MASK_CHANNELS = 32
 PAD_VALUE = 114
-LEAST_SCORE = 0.25
+MIN_SCORE = 0.25
 LARGEST_OVERLAP = 0.45
 
 
@@ -118,7 +118,7 @@ def decode(
     scores = rows[:, 4 : 4 + len(names)]
     best = scores.argmax(axis=1)
     score = scores[np.arange(len(rows)), best]
-    kept = np.flatnonzero(score >= LEAST_SCORE)
+    kept = np.flatnonzero(score >= MIN_SCORE)
     if kept.size == 0:
         return ()
     centre, size = rows[kept, :2], rows[kept, 2:4]

@@ -15,7 +15,7 @@ from io import BufferedIOBase
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What a search gave.
+    """Result of a search.
 
     Attributes:
         result: its result.

@@ -34,7 +34,7 @@ NICENESS = 10
 """How much less urgent than the session it is: on two busy cores a tenth of the tracker's share
 (the kernel's weights are 110 to 1024), and all that is left over."""
 
-MOST_WAITING = 3
+MAX_WAITING = 3
 """Searches that wait, 0.13 GB each with pictures of 2880 × 1440. A session has two at most, its own
 and that of settings tried beside, and one that it has just given up."""
 
@@ -47,7 +47,7 @@ Order = Callable[[FrameBudget], object]
 
 def serve(orders: BufferedIOBase, answers: BufferedIOBase) -> None:
     """Compute searches until there is an end of orders."""
-    waiting: queue.Queue[tuple[int, list[Part]] | None] = queue.Queue(MOST_WAITING)
+    waiting: queue.Queue[tuple[int, list[Part]] | None] = queue.Queue(MAX_WAITING)
     given_up: set[int] = set()
     is_over = threading.Event()
 
@@ -101,7 +101,7 @@ def _serve_next(
 
 
 def _answer(parts: Sequence[Part], is_given_up: Callable[[], bool]) -> list[Part]:
-    """What an order gives, encoded; empty if it is given up."""
+    """Return the encoded result of an order; empty if it is given up."""
     try:
         order = cast(Order, decoded(parts))
         return encoded(Answer(order(FrameBudget(is_given_up=is_given_up))))

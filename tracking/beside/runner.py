@@ -27,7 +27,7 @@ T = TypeVar("T")
 
 log = logging.getLogger(__name__)
 
-MOST_DEATHS = 3
+MAX_DEATHS = 3
 """Deaths of the process after which searches are computed in the frames: it has no memory, or what
 it computes kills it."""
 
@@ -79,7 +79,7 @@ class _Process:
         self._numbers.put(number)
 
     def answer(self, number: int) -> Answer | None:
-        """What a search gave; None while it is computed."""
+        """Return the result of a search; None while it is computed."""
         with self._lock:
             return self._answers.pop(number, None)
 
@@ -137,7 +137,7 @@ class SearchBesideFrames:
 
     def start(self) -> None:
         """Start the process, for the first search not to wait for it, unless it dies often."""
-        if self._process is None and self._deaths < MOST_DEATHS:
+        if self._process is None and self._deaths < MAX_DEATHS:
             self._process = _Process()
 
     def advance(
@@ -176,11 +176,11 @@ class SearchBesideFrames:
     def _started(self) -> _Process | None:
         """The process; None if it has died too often. One that died before is started again."""
         process = self._process
-        if process is not None and process.is_dead and self._deaths < MOST_DEATHS:
+        if process is not None and process.is_dead and self._deaths < MAX_DEATHS:
             process.end()
             self._deaths += 1
             self._process, self._first = None, self._number
-            if self._deaths == MOST_DEATHS:
+            if self._deaths == MAX_DEATHS:
                 log.warning(
                     "the search process died %d times: lost objects are looked for in the frames, "
                     "which takes longer. Is there memory left?",

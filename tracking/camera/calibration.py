@@ -20,7 +20,7 @@ from scenes.splats import SplatCloud
 from tracking.camera.displacements import Displacements
 from tracking.camera.lens_view import Sight
 from tracking.camera.rigid_fit import rigid_fit
-from tracking.camera.window_search import SEARCH_RAD, searched
+from tracking.camera.window_search import SEARCH_RAD, search_windows
 from tracking.camera.window_slopes import by_slopes
 
 BLURS_PX = (1.5, 1.0, 0.8)
@@ -31,7 +31,7 @@ LARGEST_TURN_RAD = np.deg2rad(4.0)
 LARGEST_SHIFT_M = 0.15
 """A refinement beyond this is rejected."""
 
-LEAST_SHARE = 0.1
+MIN_SHARE = 0.1
 """Share of the room's textured windows that must be found in the live pictures. At 28 wrong poses
 in seven views of five rooms 0 to 0.04 were found by chance, at the right ones 0.45 to 0.97, and
 0.23 where a person stands before a 640-px lens."""
@@ -62,7 +62,7 @@ CARRIED_SHIFT_M = 0.0005
 """Standard deviations about and along each axis of a motion that the pictures alone gave: after
 bumps of 0.4° to 3° and up to 5 cm 0.002° to 0.008° and 0.1 to 0.4 mm were left."""
 
-MOST_CARRIED = 4
+MAX_CARRIED = 4
 """Motions in a row that a pose is carried along before it is refined again: by then they add 0.02°,
 less than what a scan's world may be off by."""
 
@@ -150,11 +150,11 @@ def calibrate(
     ]
     reach_rad = SEARCH_RAD if is_near else LARGEST_TURN_RAD
     prior = NEAR_INFORMATION if is_near else FAR_INFORMATION
-    seen = [searched(sight, pose, reach_rad=reach_rad) for sight in sights]
-    pose, information = _moved(pose, seen, nominal_world_from_rig, prior)
+    seen = [search_windows(sight, pose, reach_rad=reach_rad) for sight in sights]
+    pose, information = _move(pose, seen, nominal_world_from_rig, prior)
     for blur_px in BLURS_PX:
         seen = [by_slopes(sight, pose, blur_px=blur_px) for sight in sights]
-        pose, information = _moved(pose, seen, nominal_world_from_rig, prior)
+        pose, information = _move(pose, seen, nominal_world_from_rig, prior)
     share = float(np.mean([lens.share for lens in seen]))
     moved = nominal_world_from_rig.inverse() @ pose
     turn, shift = rotation_angle(moved.rotation), float(np.linalg.norm(moved.translation))
@@ -165,7 +165,7 @@ def calibrate(
     return Calibration(used, sigma, share, turn, shift, refusal)
 
 
-def _moved(
+def _move(
     world_from_rig: Pose,
     seen: list[Displacements],
     nominal_world_from_rig: Pose,
@@ -187,9 +187,9 @@ def _refusal(turn_rad: float, shift_m: float, found_share: float) -> str:
         return f"it turned by {np.degrees(turn_rad):.1f}°, limit {limit:.0f}°: check the marker"
     if not shift_m < LARGEST_SHIFT_M:
         return f"it moved by {shift_m:.2f} m, limit {LARGEST_SHIFT_M:g} m: check the marker"
-    if not found_share > LEAST_SHARE:
+    if not found_share > MIN_SHARE:
         return (
             f"{found_share:.0%} of the room's details are in the picture, wanted "
-            f"{LEAST_SHARE:.0%}: is this the room, and is it lit?"
+            f"{MIN_SHARE:.0%}: is this the room, and is it lit?"
         )
     return ""

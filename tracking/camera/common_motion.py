@@ -31,13 +31,13 @@ noticed. It only decides between a turn and a shift where the pictures do not.""
 OUTLIER_SCALES = 3.0
 """Tukey's cut-off in units of the residuals' scale."""
 
-LEAST_NOISE = 0.01
+MIN_NOISE = 0.01
 """Least residual scale, log grey."""
 
-LEAST_POINTS = 60
+MIN_POINTS = 60
 """Least number of points in all lenses together."""
 
-LEAST_CORRELATION = 0.6
+MIN_CORRELATION = 0.6
 """Correlation of the aligned details, where they agree, below which no motion is given."""
 
 CORRELATED_POINTS = 4.0
@@ -60,7 +60,7 @@ FEWEST_SECTORS = 3
 
 def can_watch(watches: Sequence[Watch]) -> bool:
     """Whether the room has details enough to see a motion of the camera."""
-    return sum(len(watch.sizes[-1].rays) for watch in watches) >= LEAST_POINTS
+    return sum(len(watch.sizes[-1].rays) for watch in watches) >= MIN_POINTS
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -106,15 +106,15 @@ def common_motion(
         images: (H, W, 3) uint8 live pictures of the same.
     """
     pictures = [pictured(image) for image in images]
-    twist, noise = np.zeros(6), LEAST_NOISE
+    twist, noise = np.zeros(6), MIN_NOISE
     for size, steps in enumerate(STEPS):
         details = [watch.sizes[size] for watch in watches]
         by_twist = np.concatenate([d.by_twist for d in details])
-        if len(by_twist) < LEAST_POINTS:
+        if len(by_twist) < MIN_POINTS:
             return None
         for _ in range(steps):
             left = _residuals(watches, pictures, size, twist)
-            noise = max(1.5 * float(np.median(np.abs(left))), LEAST_NOISE)
+            noise = max(1.5 * float(np.median(np.abs(left))), MIN_NOISE)
             agree = _agreement(left, noise)
             weighted = by_twist * (agree / noise**2)[:, None]
             information = weighted.T @ by_twist + np.diag(PRIOR**-2)
@@ -122,16 +122,16 @@ def common_motion(
             twist = twist + step
             if float(np.abs(step).max()) < 1e-5:
                 break
-    return _judged(watches, pictures, twist, noise)
+    return _judge(watches, pictures, twist, noise)
 
 
-def _judged(
+def _judge(
     watches: Sequence[Watch],
     pictures: Sequence[tuple[NDArray[np.float32], ...]],
     twist: Points,
     noise: float,
 ) -> CommonMotion | None:
-    """What the sectors say of a motion, at the largest size."""
+    """Judge a motion by the sectors, at the largest size."""
     size = len(STEPS) - 1
     details = [watch.sizes[size] for watch in watches]
     left = _residuals(watches, pictures, size, twist)
@@ -139,7 +139,7 @@ def _judged(
     now, agree = then + left, _agreement(left, max(noise, 1e-9))
     power = math.sqrt(float(agree @ then**2) * float(agree @ now**2))
     correlation = float(agree @ (then * now)) / max(power, 1e-12)
-    if correlation < LEAST_CORRELATION or float((agree > 0).mean()) < 1.0 - LEAST_CORRELATION:
+    if correlation < MIN_CORRELATION or float((agree > 0).mean()) < 1.0 - MIN_CORRELATION:
         return None
     before = _residuals(watches, pictures, size, np.zeros(6))
     gain = (_cost(before, noise) - _cost(left, noise)) / CORRELATED_POINTS

@@ -1,4 +1,4 @@
-"""Where the live picture of one lens shows what is drawn of the room: displacements of windows.
+"""Displacements of windows: from the drawn room to the live picture of one lens.
 
 What a window says is independent of whether it agrees with the pose, other than single pixels' grey
 values, of which those that lie where both pictures are steep confirm any pose.
@@ -19,18 +19,18 @@ from tracking.camera.lens_view import Sight
 FloatArray = NDArray[np.float32]
 Points = NDArray[np.float64]
 
-LEAST_USABLE = 0.5
+MIN_USABLE = 0.5
 """Least share of a window that can be used."""
 
-LEAST_SLOPE = 0.002
+MIN_SLOPE = 0.002
 """Root mean square of a window's gradient, grey 0..1 per px, below which it says nothing."""
 
-LEAST_CORRELATION = 0.6
+MIN_CORRELATION = 0.6
 """Correlation of a window with the live picture from which it is taken for the same place. People
 who stand before the room halve the correlation: at 0.3 instead a person before a 640-px lens turns
 the camera by 0.17° instead of 0.08°."""
 
-LEAST_RESIDUAL = 0.02
+MIN_RESIDUAL = 0.02
 """Least residual variance of a window against its own: better than a seventh of the contrast is no
 measurement of the scan."""
 
@@ -40,7 +40,7 @@ WINDOW_SIGMA_PX = 0.2
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Displacements:
-    """What N windows of one lens say. Angles are pixels over the lens's focal length.
+    """Displacements of N windows of one lens. Angles are pixels over the lens's focal length.
 
     Attributes:
         pixels: (N, 2) centres in px of the lens at `f_px`.

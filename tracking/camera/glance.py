@@ -24,7 +24,7 @@ PATCH_PX = 5
 CELLS = 14
 """The steepest point of each of so many by so many cells of a lens is looked at."""
 
-LEAST_NOISE = 0.01
+MIN_NOISE = 0.01
 """Least scale of the patches' residuals, log grey."""
 
 SUSPECT_RAD = math.radians(0.03)
@@ -77,7 +77,7 @@ def glance_at(watch: Watch, image: NDArray[np.uint8]) -> Glance:
     return Glance(corners, _values(image, corners), model)
 
 
-def renewed(glance: Glance, image: NDArray[np.uint8]) -> Glance:
+def renew(glance: Glance, image: NDArray[np.uint8]) -> Glance:
     """The same patches as they look now: another light is there to stay, or somebody is."""
     return Glance(glance.corners, _values(image, glance.corners), glance.model)
 
@@ -87,17 +87,17 @@ def is_suspect(glance: Glance, image: NDArray[np.uint8]) -> bool:
     if len(glance.corners) < 2 * glance.model.shape[1]:
         return True
     change = _values(image, glance.corners) - glance.values
-    fit, noise = np.zeros(glance.model.shape[1]), LEAST_NOISE
+    fit, noise = np.zeros(glance.model.shape[1]), MIN_NOISE
     fit[-1] = float(np.median(change))
     for _ in range(ITERATIONS):
         left = change - glance.model @ fit
-        noise = max(1.5 * float(np.median(np.abs(left))), LEAST_NOISE)
+        noise = max(1.5 * float(np.median(np.abs(left))), MIN_NOISE)
         agree = 1.0 / (1.0 + (left / noise) ** 2) ** 2
         weighted = glance.model * agree[:, None]
         stiff = 1e-9 * np.eye(len(fit))
         fit = np.linalg.solve(weighted.T @ glance.model + stiff, weighted.T @ change)
     left = np.abs(change - glance.model @ fit)
-    changed = float((left > 4.0 * LEAST_NOISE).mean())
+    changed = float((left > 4.0 * MIN_NOISE).mean())
     return float(np.linalg.norm(fit[:3])) > SUSPECT_RAD or changed > SUSPECT_SHARE
 
 

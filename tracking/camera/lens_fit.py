@@ -19,12 +19,12 @@ from scenes.cameras import Rig
 from scenes.pose import Pose, rotation_from_vector
 from scenes.render.renderer import PosedSplats, Renderer
 from scenes.splats import SplatCloud
-from tracking.camera.calibration import LEAST_SHARE, SCAN_SHIFT_M, SCAN_TURN_RAD
+from tracking.camera.calibration import MIN_SHARE, SCAN_SHIFT_M, SCAN_TURN_RAD
 from tracking.camera.displacements import Displacements
 from tracking.camera.lens_shape import NAMES, SHAPE, TERMS, by_shape, reshaped, shape_of, sigma_px
 from tracking.camera.lens_view import Sight
 from tracking.camera.rigid_fit import rigid_fit
-from tracking.camera.window_search import searched
+from tracking.camera.window_search import search_windows
 from tracking.camera.window_slopes import by_slopes
 
 Points = NDArray[np.float64]
@@ -142,7 +142,7 @@ def calibrate_lenses(
     seen: list[Displacements] = []
     for reach_deg, f_px, terms in SEARCHES:
         seen = [
-            searched(sight, state.world_from_rig, reach_rad=np.deg2rad(reach_deg), f_px=f_px)
+            search_windows(sight, state.world_from_rig, reach_rad=np.deg2rad(reach_deg), f_px=f_px)
             for sight in sights()
         ]
         state, information, _ = _moved(state, seen, start, terms=terms)
@@ -150,7 +150,7 @@ def calibrate_lenses(
     for blur_px in BLURS_PX:
         seen = [by_slopes(sight, state.world_from_rig, blur_px=blur_px) for sight in sights()]
         state, information, left = _moved(state, seen, start, terms=TERMS)
-    return _judged(state, seen, information, left)
+    return _judge(state, seen, information, left)
 
 
 def averaged(pictures: Sequence[Sequence[NDArray[np.uint8]]]) -> list[NDArray[np.uint8]]:
@@ -164,7 +164,7 @@ def averaged(pictures: Sequence[Sequence[NDArray[np.uint8]]]) -> list[NDArray[np
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _State:
-    """What is believed of the camera."""
+    """Estimate of the camera's pose and lenses."""
 
     rig: Rig
     world_from_rig: Pose
@@ -234,7 +234,7 @@ def _prior(state: _State, start: _State, terms: int) -> tuple[Points, Points]:
     return np.asarray(np.linalg.solve(information, pull), dtype=np.float64), information
 
 
-def _judged(
+def _judge(
     state: _State, seen: Sequence[Displacements], information: Points, left: Sequence[Points]
 ) -> LensCalibration:
     covariance = np.asarray(np.linalg.inv(information), dtype=np.float64)
@@ -270,10 +270,10 @@ def _judged(
 
 
 def _refusal(found_share: float, left: Points) -> str:
-    if not found_share > LEAST_SHARE:
+    if not found_share > MIN_SHARE:
         return (
             f"{found_share:.0%} of the room's details are in the picture, wanted "
-            f"{LEAST_SHARE:.0%}: is this the room, and is the start within 2° and 5 %?"
+            f"{MIN_SHARE:.0%}: is this the room, and is the start within 2° and 5 %?"
         )
     if not float(left.max()) < LARGEST_RESIDUAL_RAD:
         worst, limit = np.degrees(float(left.max())), np.degrees(LARGEST_RESIDUAL_RAD)

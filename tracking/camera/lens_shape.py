@@ -1,4 +1,4 @@
-"""What a fisheye's focal length, centre and distortion do to its picture, and lenses so changed.
+"""Focal length, centre and distortion of a fisheye: their effect on its picture, and changes.
 
 A lens's radius is f·(θ + k1·θ³ + k2·θ⁵ + k3·θ⁷ + k4·θ⁹). The powers are correlated, so what is
 fitted are sums of them of which each moves the picture in a way of its own: odd polynomials of the
@@ -42,7 +42,7 @@ NAMES = (
     "centre x",
     "centre y",
 )
-"""What they are called where one of them was not seen."""
+"""Names of the parameters in messages that one of them was not observed."""
 
 
 def shape_of(camera: Fisheye, f_px: float) -> Points:

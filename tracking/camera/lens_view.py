@@ -25,10 +25,10 @@ radian) that turned the camera by 0.05° in `lab` and `desk`, this leaves 0.01°
 RANGE_M = (0.3, 12.0)
 """Least and most distance in m of what is looked at."""
 
-LEAST_COVERAGE = 0.95
+MIN_COVERAGE = 0.95
 """Least alpha of the drawn room at a used pixel."""
 
-LEAST_FACING = 0.5
+MIN_FACING = 0.5
 """Surfaces more slanted than this cosine are not looked at."""
 
 DETAIL_RATIO = 2.0
@@ -106,8 +106,8 @@ def lens_view(
     alpha, range_m = (resized(a, (width, height)) for a in (rendering.alpha, rendering.depth))
     live = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY).astype(np.float32) / np.float32(255)
     facing = _facing(range_m, camera.f_px)
-    usable = (alpha > LEAST_COVERAGE) & (range_m > RANGE_M[0]) & (range_m < RANGE_M[1])
-    usable &= (facing > LEAST_FACING) & _continuous(range_m)
+    usable = (alpha > MIN_COVERAGE) & (range_m > RANGE_M[0]) & (range_m < RANGE_M[1])
+    usable &= (facing > MIN_FACING) & _continuous(range_m)
     border = margin_px + math.ceil(DETAIL_RATIO * blur_px)
     x = np.arange(width, dtype=np.float32) + np.float32(0.5 - camera.cx)
     y = np.arange(height, dtype=np.float32) + np.float32(0.5 - camera.cy)
@@ -136,7 +136,7 @@ def _facing(range_m: FloatArray, f_px: float) -> FloatArray:
 
 
 def _continuous(range_m: FloatArray) -> NDArray[np.bool_]:
-    """Where neighbouring ranges agree to 10 %: drawn range means nothing across an edge."""
+    """Mask of pixels whose neighbours' ranges agree to 10 %: range means nothing across an edge."""
     kernel = np.ones((5, 5), np.uint8)
     return cv2.dilate(range_m, kernel) - cv2.erode(range_m, kernel) < 0.1 * np.maximum(range_m, 0.1)
 

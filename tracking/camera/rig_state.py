@@ -12,8 +12,8 @@ from scenes.pose import Pose, rotation_angle
 from tracking.background.images import BackgroundImages
 from tracking.camera.calibration import Calibration
 from tracking.camera.common_motion import CommonMotion, can_watch, common_motion
-from tracking.camera.glance import Glance, glance_at, is_suspect, renewed
-from tracking.camera.watch import Watch, watched
+from tracking.camera.glance import Glance, glance_at, is_suspect, renew
+from tracking.camera.watch import Watch, begin_watch
 from tracking.output import CameraMoment, CameraNotice
 
 RIG_MOVED_M = 0.02
@@ -101,12 +101,12 @@ def rig_state(
     """
     rig = frame.rig
     lenses = zip(frame.images, rig.lenses, rig.rig_from_lens, ranges_m, strict=True)
-    watches = tuple(watched(*lens) for lens in lenses)
+    watches = tuple(begin_watch(*lens) for lens in lenses)
     glances = tuple(map(glance_at, watches, frame.images))
     return RigState(marker_world_from_rig, calibration, background, watches, glances)
 
 
-def looked_through(known: RigState, frame: Frame) -> RigState:
+def look_through(known: RigState, frame: Frame) -> RigState:
     """The rig's state after a look at all lenses: a cheap one, and a close one where that differs.
 
     Args:
@@ -124,14 +124,14 @@ def looked_through(known: RigState, frame: Frame) -> RigState:
         blind = Blind(frame.t_ns) if before is None else replace(before, looks=before.looks + 1)
         return replace(known, blind=blind)
     if motion.is_small:
-        return replace(known, glances=tuple(renewed(*look) for look in looks), blind=None)
+        return replace(known, glances=tuple(renew(*look) for look in looks), blind=None)
     return replace(known, blind=None, motion=motion)
 
 
 def camera_notices(
     before: RigState | None, after: RigState, now_ns: int
 ) -> tuple[CameraNotice, ...]:
-    """What is to be said of the camera after a frame, in order; nothing while it stands.
+    """Notices about the camera after a frame, in order; none while it stands.
 
     Args:
         before: state before the frame.

@@ -35,7 +35,7 @@ REGION_SIGMA_M = 0.003
 REGION_TAIL = 2.0
 """Degrees of freedom of regions' shifts (Student's t): what moved since the scan is far out."""
 
-LEAST_REGION_SCALE = 0.2
+MIN_REGION_SCALE = 0.2
 """Least ratio of the measured shifts of regions to the two constants above."""
 
 FEWEST_REGIONS = 5
@@ -113,7 +113,7 @@ def rigid_fit(
         if np.count_nonzero(informative) > FEWEST_REGIONS:
             spread = size2 + np.trace(covariance, axis1=1, axis2=2)
             ratio = np.median((spread / variance)[informative]) / (2 * math.log(2.0))
-            scale2 = max(float(ratio), LEAST_REGION_SCALE**2)
+            scale2 = max(float(ratio), MIN_REGION_SCALE**2)
         doubt = 1.0 + size2 / (scale2 * variance * REGION_TAIL)
     return RigidFit(twist, total)
 

@@ -36,7 +36,7 @@ DARK = 0.1
 """Grey 0..1 that is added before the logarithm. Under other exposure or light a logarithm's details
 stay as they are; below a tenth of white the sensor's noise would be all that is left of them."""
 
-LEAST_STEEP = 0.01
+MIN_STEEP = 0.01
 """Least gradient per px, of log grey, of a used pixel: about that of the noise after the blur."""
 
 
@@ -46,7 +46,7 @@ Points = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Details:
-    """What a lens saw at one size.
+    """A lens's picture at one size.
 
     Attributes:
         camera: the lens at this size.
@@ -69,7 +69,7 @@ class Details:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Watch:
-    """What one lens saw.
+    """A lens's picture at the pose it was calibrated at.
 
     Attributes:
         rig_from_lens: where it sits.
@@ -84,10 +84,10 @@ SECTORS = 8
 """Sectors of a lens that are asked separately whether the camera moved."""
 
 
-def watched(
+def begin_watch(
     image: NDArray[np.uint8], camera: Fisheye, rig_from_lens: Pose, range_m: FloatArray
 ) -> Watch:
-    """What to compare later pictures with.
+    """Return what later pictures are compared with.
 
     Args:
         image: (H, W, 3) uint8 of the lens.
@@ -178,7 +178,7 @@ def _steepest(
     cells = cells.reshape(rows, cell_px, columns, cell_px)
     cells = cells.swapaxes(1, 2).reshape(rows * columns, cell_px**2)
     best = cells.argmax(axis=1)
-    kept = np.flatnonzero(cells[np.arange(len(best)), best] > LEAST_STEEP)
+    kept = np.flatnonzero(cells[np.arange(len(best)), best] > MIN_STEEP)
     row = kept // columns * cell_px + best[kept] // cell_px
     column = kept % columns * cell_px + best[kept] % cell_px
     return row, column

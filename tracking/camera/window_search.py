@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from scenes.pose import Pose
 from tracking.camera.displacements import (
-    LEAST_CORRELATION,
-    LEAST_RESIDUAL,
-    LEAST_SLOPE,
-    LEAST_USABLE,
+    MIN_CORRELATION,
+    MIN_RESIDUAL,
+    MIN_SLOPE,
+    MIN_USABLE,
     Displacements,
     displacements,
     noise_area,
@@ -39,7 +39,7 @@ SEARCH_RAD = math.radians(3.0)
 """How far a window is looked for: three times a marker's 0.5° and, from 0.5 m on, 1 cm."""
 
 
-def searched(
+def search_windows(
     sight: Sight, world_from_rig: Pose, *, reach_rad: float = SEARCH_RAD, f_px: float = SEARCH_F_PX
 ) -> Displacements:
     """Displacements of the best textured windows.
@@ -64,12 +64,12 @@ def searched(
     weight = (view.facing > 0).astype(np.float32)
     products = [_mean(weight * product) for product in (gx * gx, gx * gy, gy * gy)]
     usable = _mean(weight)
-    steep = np.where(usable > LEAST_USABLE, _common_slope(view, products) * view.facing, 0)
+    steep = np.where(usable > MIN_USABLE, _common_slope(view, products) * view.facing, 0)
     rows, columns = _best_of_cells(steep.astype(np.float32), side, margin_px=margin + 1)
     found = _found(view, rows, columns, reach)
-    kept = found[:, 2] > LEAST_CORRELATION
+    kept = found[:, 2] > MIN_CORRELATION
     rows, columns, found = rows[kept], columns[kept], found[kept]
-    squared = np.minimum(found[:, 2], 1.0 - LEAST_RESIDUAL) ** 2
+    squared = np.minimum(found[:, 2], 1.0 - MIN_RESIDUAL) ** 2
     noise = _mean(view.drawn * view.drawn)[rows, columns] * (1.0 - squared) / squared
     pixels_per_noise = side**2 / (noise_area(SEARCH_BLUR_PX) * np.maximum(noise, 1e-12))
     information = tensors([product[rows, columns] for product in products])
@@ -127,7 +127,7 @@ def _best_of_cells(score: FloatArray, cell_px: int, *, margin_px: int) -> tuple[
     if not flat.size:
         return np.zeros(0, np.intp), np.zeros(0, np.intp)
     best = flat.argmax(axis=1)
-    cell = np.flatnonzero(flat[np.arange(len(flat)), best] > LEAST_SLOPE**2)
+    cell = np.flatnonzero(flat[np.arange(len(flat)), best] > MIN_SLOPE**2)
     row = cell // columns * cell_px + best[cell] // cell_px
     column = cell % columns * cell_px + best[cell] % cell_px
     return row + margin_px, column + margin_px

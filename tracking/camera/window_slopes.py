@@ -7,10 +7,10 @@ from numpy.typing import NDArray
 
 from scenes.pose import Pose
 from tracking.camera.displacements import (
-    LEAST_CORRELATION,
-    LEAST_RESIDUAL,
-    LEAST_SLOPE,
-    LEAST_USABLE,
+    MIN_CORRELATION,
+    MIN_RESIDUAL,
+    MIN_SLOPE,
+    MIN_USABLE,
     Displacements,
     displacements,
     noise_area,
@@ -31,7 +31,7 @@ STRIDE_PX = 7
 FARTHEST_PX = 3.0
 """Displacement in px up to which slopes describe a window."""
 
-LEAST_POWER = 1e-10
+MIN_POWER = 1e-10
 """Squared grey value, 0..1, of a window's details below which it is blank."""
 
 
@@ -62,14 +62,14 @@ def by_slopes(sight: Sight, world_from_rig: Pose, *, blur_px: float) -> Displace
             residual * residual, view.drawn * view.drawn,
         )
     )  # fmt: skip
-    textured = (usable > LEAST_USABLE) & (xx + yy > LEAST_SLOPE**2) & (power > LEAST_POWER)
+    textured = (usable > MIN_USABLE) & (xx + yy > MIN_SLOPE**2) & (power > MIN_POWER)
     tensor = tensors([xx[textured], xy[textured], yy[textured]])
     moment = np.stack([along_x[textured], along_y[textured]], axis=1).astype(np.float64)
     shift = _shift(tensor, moment)
     contrast = power[textured].astype(np.float64)
     left = before[textured] + (moment * shift).sum(axis=1)
-    left = np.maximum(left, LEAST_RESIDUAL * contrast)
-    kept = (1.0 - left / (2.0 * contrast) > LEAST_CORRELATION) & (
+    left = np.maximum(left, MIN_RESIDUAL * contrast)
+    kept = (1.0 - left / (2.0 * contrast) > MIN_CORRELATION) & (
         np.linalg.norm(shift, axis=1) < FARTHEST_PX
     )
     # Windows overlap: each stands for the pixels nearest to it.
@@ -97,7 +97,7 @@ def _at_same_contrast(view: LensView, weight: FloatArray) -> FloatArray:
     drawn, live = (
         box_blurred(weight * picture * picture, WINDOW_PX) for picture in (view.drawn, view.live)
     )
-    gain = np.sqrt(np.maximum(drawn, 0) / np.maximum(live, LEAST_POWER))
+    gain = np.sqrt(np.maximum(drawn, 0) / np.maximum(live, MIN_POWER))
     return np.asarray(view.live * np.clip(gain, 0.2, 5.0), dtype=np.float32)
 
 

@@ -1,1 +1,1 @@
-"""What one frame shows of one object, and how the object would be drawn there."""
+"""Evidence of one frame about one object, and the object's rendering there."""

@@ -27,7 +27,7 @@ OUTSIDE_M = 0.02
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Evidence:
-    """What a window shows of one object.
+    """Pixels of a window that speak for or against one object.
 
     Attributes:
         view: the window.

@@ -1,4 +1,4 @@
-"""What a window shows, in the terms in which every pose of an object is compared.
+"""Observation of a window, in the terms in which every pose of an object is compared.
 
 Each pixel has three competing accounts: the room as it was without the object, something that is in
 no scan, and the object at a pose. The first two do not depend on the pose and are computed here,
@@ -17,7 +17,7 @@ from scenes.cameras import Fisheye
 from scenes.pose import Pose
 from tracking.background.images import expose
 from tracking.evidence.evidence import Evidence, Scene
-from tracking.model.misfit import MOST_MISFIT, misfit
+from tracking.model.misfit import MAX_MISFIT, misfit
 from tracking.window.filters import blurred, resized
 from tracking.window.window import Layer
 
@@ -170,7 +170,7 @@ def observation_of(
             frame, and where an object is looked for. A shade there is no object.
     """
     sure = np.minimum(changed, SURE_FOREGROUND)
-    room_misfit = np.minimum(-FOREGROUND_VARIANCE * np.log1p(-sure), MOST_MISFIT)
+    room_misfit = np.minimum(-FOREGROUND_VARIANCE * np.log1p(-sure), MAX_MISFIT)
     return Observation(
         live=live,
         empty=empty,

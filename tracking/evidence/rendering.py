@@ -43,7 +43,7 @@ ROUGHLY = 2.5
 """Factor on those limits in the coarse rounds of a solve."""
 
 
-LEAST_AREA_PX = 12
+MIN_AREA_PX = 12
 """Silhouette area in px below which nothing is measured."""
 
 
@@ -51,7 +51,7 @@ DRAWN_RADIUS_PX = 120
 """Radius in px at which small objects are rendered: at few pixels the splats' low-pass widens the
 silhouette by a pixel."""
 
-MOST_FINER = 4
+MAX_FINER = 4
 """Largest supersampling of small objects, each way."""
 
 
@@ -245,4 +245,4 @@ def _finer(model: TrackModel, evidence: Evidence, *, quickly: bool) -> int:
     """How many pixels are drawn each way per pixel of the window."""
     distance_m = max(evidence.view.target_range_m, model.radius_m)
     wanted = DRAWN_RADIUS_PX * distance_m / (evidence.camera.f_px * model.radius_m)
-    return min(max(round(wanted) if quickly else math.ceil(wanted), 1), MOST_FINER)
+    return min(max(round(wanted) if quickly else math.ceil(wanted), 1), MAX_FINER)

@@ -1,4 +1,4 @@
-"""What the picture says about where an object is believed to be: the decisions of a frame.
+"""Posterior odds of an object's pose in a frame, and the decisions that follow from them.
 
 One rule for all objects and sizes: log odds, in nats. What is not seen says nothing, so nothing
 that is not seen is moved.
@@ -15,7 +15,7 @@ from tracking.evidence.observation import Observation
 from tracking.follow.track import Task, Track
 from tracking.hypotheses.hypothesis import CLEAR_NATS, Hypothesis, is_other
 from tracking.hypotheses.prior import MOVED, STAYED, UNSEEN
-from tracking.hypotheses.refinement import placed, refined
+from tracking.hypotheses.refinement import fit_at, refine
 from tracking.hypotheses.yaws import likeliest_yaws
 from tracking.likelihood.pixel_model import PoseSupport
 from tracking.likelihood.pose_likelihood import pose_support
@@ -29,9 +29,9 @@ MOVED_NATS = math.log(STAYED / MOVED)
 """Log odds by which a pose elsewhere must be likelier than the scanned one before anything was
 seen."""
 
-LEAST_SAMPLES = 3.0
+MIN_SAMPLES = 3.0
 """Independent samples of a silhouette below which the picture cannot decide: one says at most
-`tracking.evidence.observation.MOST_MISFIT` nats, and usually one."""
+`tracking.evidence.observation.MAX_MISFIT` nats, and usually one."""
 
 SHOWN = 0.3
 """Share of what the uncovered part of an object should speak for it, from which a measurement
@@ -66,7 +66,7 @@ class Belief:
     @property
     def is_unseen(self) -> bool:
         """Whether too little of the object is in view, where it was and where it was measured."""
-        return max(self.found.samples, self.before.samples) < LEAST_SAMPLES
+        return max(self.found.samples, self.before.samples) < MIN_SAMPLES
 
     @property
     def has_left(self) -> bool:
@@ -74,8 +74,8 @@ class Belief:
         return max(self.found.nats, self.before.nats) < -STAYS_NATS
 
 
-def believed(task: Task, observation: Observation, fit: Fit) -> Belief:
-    """What the window of a measurement says for it, and for the pose before it."""
+def weigh_measurement(task: Task, observation: Observation, fit: Fit) -> Belief:
+    """Weigh a measurement and the pose before it by its window."""
     model, renderer = task.model, task.scene.renderer
     return Belief(
         observation,
@@ -161,7 +161,7 @@ def at_first(task: Task, evidence: Evidence, belief: Belief) -> Belief | None:
         for start in likeliest_yaws(task.model, evidence, belief.fit.world_from_object):
             if not is_other(task.model, start, belief.fit.world_from_object):
                 continue
-            other = refined(task.scene, task.model, start, evidence, belief.observation)
+            other = refine(task.scene, task.model, start, evidence, belief.observation)
             if other.support.nats > belief.found.nats + MOVED_NATS and is_other(
                 task.model, other.world_from_object, belief.fit.world_from_object
             ):
@@ -171,7 +171,7 @@ def at_first(task: Task, evidence: Evidence, belief: Belief) -> Belief | None:
 
 def at_pose(task: Task, evidence: Evidence, belief: Belief, world_from_object: Pose) -> Belief:
     """The belief with the measurement replaced by a pose that is believed instead."""
-    fit = placed(task.scene, task.model, evidence, world_from_object)
+    fit = fit_at(task.scene, task.model, evidence, world_from_object)
     support = pose_support(belief.observation, task.model, world_from_object, task.scene.renderer)
     return Belief(belief.observation, fit, support, belief.before)
 

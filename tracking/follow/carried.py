@@ -38,7 +38,7 @@ BARE_DEVIANCE = 2.0 * math.log(10.0)
 0.1)."""
 
 
-MOST_CORRELATED = 0.99
+MAX_CORRELATED = 0.99
 """Upper limit of the colour correlation, which keeps its log likelihood finite."""
 
 
@@ -86,7 +86,7 @@ def _pattern_deviance(fit: Fit) -> float:
     if not fit.textured:
         return 0.0
     count = fit.visible_fraction * len(fit.reduced.surface) / PATTERN_CORRELATION
-    return count * math.log(1.0 - min(max(fit.colour_correlation, 0.0), MOST_CORRELATED) ** 2)
+    return count * math.log(1.0 - min(max(fit.colour_correlation, 0.0), MAX_CORRELATED) ** 2)
 
 
 def _bare_deviance(fit: Fit) -> float:

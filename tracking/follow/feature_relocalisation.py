@@ -32,7 +32,7 @@ CHANGED = 0.3
 """Foreground probability above which pixels are searched for features."""
 
 
-MOST_FEATURES = 600
+MAX_FEATURES = 600
 """ORB features per picture."""
 
 LEVELS = 4
@@ -44,11 +44,11 @@ SCALE = 1.3
 EDGE_PX = 8
 """Margin in px without features at the picture's border."""
 
-LEAST_CONTRAST = 8
+MIN_CONTRAST = 8
 """Threshold of the FAST detector, in grey levels."""
 
 
-LEAST_RATIO = 0.8
+MIN_RATIO = 0.8
 """Largest ratio of the best to the second-best descriptor distance (Lowe 2004)."""
 
 
@@ -58,7 +58,7 @@ OFF_PX = 2.0
 TRIALS = 200
 """RANSAC iterations."""
 
-LEAST_FOUND = 8
+MIN_FOUND = 8
 """Least number of inliers of a pose."""
 
 
@@ -72,11 +72,11 @@ STEPS = 6
 MORE_OFF = 2.0
 """Factor on `OFF_PX` for inliers of the upright pose."""
 
-LEAST_UPRIGHT = 0.6
+MIN_UPRIGHT = 0.6
 """Share of the PnP inliers that must remain inliers of the upright pose."""
 
 
-def relocalised(task: Task, appearance: AppearanceMemory, last: Points) -> Pose | None:
+def relocalise(task: Task, appearance: AppearanceMemory, last: Points) -> Pose | None:
     """Rough pose of an object from matched features; None if too few match.
 
     Args:
@@ -94,7 +94,7 @@ def relocalised(task: Task, appearance: AppearanceMemory, last: Points) -> Pose 
         (_shown(appearance), appearance.shown[..., 3] > SOLID),
         (_grey(scene.frame.images[window.lens][window.part]), _enlarged(changed, window.shrink)),
     )
-    if len(known) < LEAST_FOUND:
+    if len(known) < MIN_FOUND:
         return None
     columns, rows = np.floor(known).astype(int).T
     rays = appearance.camera.unproject(known)
@@ -127,12 +127,12 @@ Part = tuple[BytePicture, BoolArray]
 def _paired(before: Part, now: Part) -> tuple[Points, Points]:
     """(K, 2) pixels of matched features in both pictures (ratio test)."""
     orb = cv2.ORB.create(
-        MOST_FEATURES,
+        MAX_FEATURES,
         scaleFactor=SCALE,
         nlevels=LEVELS,
         edgeThreshold=EDGE_PX,
         patchSize=3 * EDGE_PX,
-        fastThreshold=LEAST_CONTRAST,
+        fastThreshold=MIN_CONTRAST,
     )
     (known, known_looks), (found, found_looks) = (
         orb.detectAndCompute(picture, mask.astype(np.uint8)) for picture, mask in (before, now)
@@ -141,7 +141,7 @@ def _paired(before: Part, now: Part) -> tuple[Points, Points]:
     if known_looks is None or found_looks is None or len(found) < 2:
         return nothing
     pairs = cv2.BFMatcher(cv2.NORM_HAMMING).knnMatch(known_looks, found_looks, k=2)
-    kept = [best for best, other in pairs if best.distance < LEAST_RATIO * other.distance]
+    kept = [best for best, other in pairs if best.distance < MIN_RATIO * other.distance]
     if not kept:
         return nothing
     # The library's pixels are whole numbers at their centres.
@@ -162,7 +162,7 @@ def _resected(points: Points, sights: Points, world_from_camera: Pose, sigma: fl
     camera_from_ahead = _looking_along(sights.mean(axis=0))
     ahead = camera_from_ahead.inverse() @ sights
     points, ahead = points[ahead[:, 2] > NOT_BESIDE], ahead[ahead[:, 2] > NOT_BESIDE]
-    if len(points) < LEAST_FOUND:
+    if len(points) < MIN_FOUND:
         return None
     seen = ahead[:, :2] / ahead[:, 2:]
     is_found, vector, translation, agree = cv2.solvePnPRansac(
@@ -174,7 +174,7 @@ def _resected(points: Points, sights: Points, world_from_camera: Pose, sigma: fl
         reprojectionError=sigma,
         flags=cv2.SOLVEPNP_AP3P,
     )
-    if not is_found or agree is None or len(agree) < LEAST_FOUND:
+    if not is_found or agree is None or len(agree) < MIN_FOUND:
         return None
     place = np.asarray(translation[:, 0], dtype=np.float64)
     ahead_from_object = Pose(rotation_from_vector(vector[:, 0]), place)
@@ -186,7 +186,7 @@ def _resected(points: Points, sights: Points, world_from_camera: Pose, sigma: fl
     points, seen = points[inliers], seen[inliers]
     upright, off = _nearest(points, seen, world_from_ahead, upright)
     agreed = int((off < MORE_OFF * sigma).sum())
-    return upright if agreed >= max(LEAST_FOUND, LEAST_UPRIGHT * len(off)) else None
+    return upright if agreed >= max(MIN_FOUND, MIN_UPRIGHT * len(off)) else None
 
 
 def _nearest(

@@ -33,7 +33,7 @@ DOUBTFUL_NATS = -1.0
 those that are lost: a mug that may still stand where a book lies would keep the book out."""
 
 
-def settled(tasks: Sequence[Task], tracks: Mapping[str, Track]) -> dict[str, Track]:
+def settle_all(tasks: Sequence[Task], tracks: Mapping[str, Track]) -> dict[str, Track]:
     """Tracks of all objects after the first frame.
 
     Args:
@@ -42,7 +42,7 @@ def settled(tasks: Sequence[Task], tracks: Mapping[str, Track]) -> dict[str, Tra
     """
     after = dict(tracks)
     for attempt in range(ROUNDS):
-        upheld = _upheld(tasks, after)
+        upheld = _uphold(tasks, after)
         if attempt == 0:
             upheld = {k: track for k, track in upheld.items() if track.usual_nats > DOUBTFUL_NATS}
         lost = [task for task in tasks if _id(task) not in upheld]
@@ -56,10 +56,10 @@ def settled(tasks: Sequence[Task], tracks: Mapping[str, Track]) -> dict[str, Tra
         after.update(searched)
         if all(track.state is TrackState.LOST for track in searched.values()):
             break
-    return after | _upheld(tasks, after)
+    return after | _uphold(tasks, after)
 
 
-def _upheld(tasks: Sequence[Task], tracks: Mapping[str, Track]) -> dict[str, Track]:
+def _uphold(tasks: Sequence[Task], tracks: Mapping[str, Track]) -> dict[str, Track]:
     """Tracks of the objects that hold beside those that are better supported.
 
     Objects of which nothing is seen hold: nothing speaks against them.

@@ -16,17 +16,17 @@ from tracking.follow.belief import (
     accounts_for_change,
     at_first,
     at_pose,
-    believed,
     is_at_rest_still,
     is_followed,
     is_on_a_passer_by,
     is_shaken,
+    weigh_measurement,
 )
 from tracking.follow.carried import is_lifted
 from tracking.follow.measure import Seen, measure
 from tracking.follow.outcome import accept, lose, miss, settle
 from tracking.follow.track import Task, Track
-from tracking.follow.yaw_review import is_under_review, reviewed
+from tracking.follow.yaw_review import is_under_review, review_yaw
 from tracking.hypotheses.hypothesis import CLEAR_NATS, is_other
 from tracking.likelihood.pose_likelihood import pose_support
 from tracking.model.symmetry import ROUND
@@ -74,7 +74,7 @@ def follow(task: Task, unchanged: bool) -> Track:
     )
     window = Seen(evidence, observe(task.scene, evidence))
     window, fit = measure(task, window, predicted_world_from_object, is_unchanged=unchanged)
-    evidence, belief = window.evidence, believed(task, window.observation, fit)
+    evidence, belief = window.evidence, weigh_measurement(task, window.observation, fit)
     if task.is_first:
         first = at_first(task, evidence, belief)
         if first is None:
@@ -96,29 +96,29 @@ def follow(task: Task, unchanged: bool) -> Track:
     if rested and is_at_rest_still(task, belief, is_doubtful=is_doubtful):
         return _at_rest(task, evidence, belief, unchanged=unchanged)
     if not rested:
-        back = _back(task, least=max(belief.found.nats, 0.0))
+        back = _back(task, min_nats=max(belief.found.nats, 0.0))
         if back is not track:
             return back
     belief = _again(task, evidence, belief)
-    task, fit = reviewed(task, evidence, belief)
+    task, fit = review_yaw(task, evidence, belief)
     if fit is not belief.fit:
         task = _corrected(task, belief.fit, fit)
-        belief = believed(task, belief.observation, fit)
+        belief = weigh_measurement(task, belief.observation, fit)
     if is_followed(task.track, belief):
         return accept(task, evidence, belief, rests=False, unchanged=unchanged)
     return miss(task, belief)
 
 
-def _shows_at(task: Task, world_from_object: Pose, *, least: float = 0.0) -> bool:
-    """Whether an object clearly shows at a pose, by more nats than the least."""
+def _shows_at(task: Task, world_from_object: Pose, *, min_nats: float = 0.0) -> bool:
+    """Whether an object clearly shows at a pose, by `CLEAR_NATS` more than `min_nats`."""
     scene, model = task.scene, task.model
     evidence = gather(scene, model, view_of(scene, model, world_from_object), task.neighbours)
     observation = observe(scene, evidence)
     support = pose_support(observation, model, world_from_object, scene.renderer)
-    return support.nats > least + CLEAR_NATS and not support.is_covered
+    return support.nats > min_nats + CLEAR_NATS and not support.is_covered
 
 
-def _back(task: Task, *, least: float = 0.0) -> Track:
+def _back(task: Task, *, min_nats: float = 0.0) -> Track:
     """The track at the place where the object stood before, if it clearly shows there again.
 
     What was dragged along with a passer-by, or lost, may be where it last was in plain sight.
@@ -127,7 +127,7 @@ def _back(task: Task, *, least: float = 0.0) -> Track:
     stood = track.world_from_stood
     if stood is None or not is_other(task.model, stood, track.world_from_object):
         return track
-    if not _shows_at(task, stood, least=least):
+    if not _shows_at(task, stood, min_nats=min_nats):
         return track
     back = replace(
         track,
@@ -150,9 +150,9 @@ def _corrected(task: Task, before: Fit, after: Fit) -> Task:
 def _at_rest(task: Task, evidence: Evidence, belief: Belief, *, unchanged: bool) -> Track:
     """The track of an object that is likelier where it rested than where it was measured."""
     if is_shaken(task.track, belief) and not unchanged:
-        task, fit = reviewed(task, evidence, belief, is_shaken=True)
+        task, fit = review_yaw(task, evidence, belief, is_shaken=True)
         if fit is not belief.fit:
-            turned = believed(task, belief.observation, fit)
+            turned = weigh_measurement(task, belief.observation, fit)
             if accounts_for_change(task, turned):
                 return accept(task, evidence, turned, rests=False, unchanged=False)
     if belief.before.nats < CLEAR_NATS and not unchanged:
@@ -198,4 +198,4 @@ def _again(task: Task, evidence: Evidence, belief: Belief) -> Belief:
     if is_hidden or nats > open_share * track.usual_nats - CLEAR_NATS:
         return belief
     settled = settle(task, evidence, belief)
-    return belief if settled is belief.fit else believed(task, belief.observation, settled)
+    return belief if settled is belief.fit else weigh_measurement(task, belief.observation, settled)

@@ -37,7 +37,7 @@ from tracking.solve.gauss_newton import (
 )
 from tracking.solve.motion import pose_vector, vector_pose
 
-LEAST_HYPOTHESES = 2
+MIN_HYPOTHESES = 2
 """Least number of local hypotheses evaluated in a frame."""
 
 SEARCH_PART = 3
@@ -150,7 +150,7 @@ def _hypotheses(
     steps = [(prior, 0.0, yaw) for prior in priors_here for yaw in yaws]
     steps += [(b, z, 0.0) for b in priors_here if b.sigma[2] > CONTACT_SIGMA_M for z in LIFTS_M]
     within = steps_within(task.costs, Step.LOCAL_HYPOTHESIS, task.interval_ns // SEARCH_PART)
-    count = min(max(LEAST_HYPOTHESES, within), len(steps))
+    count = min(max(MIN_HYPOTHESES, within), len(steps))
     # The likeliest is tried in every frame, the others in turn.
     others = steps[1:]
     first = task.scene.frame.seq * (count - 1) % len(others) if others else 0

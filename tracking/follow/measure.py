@@ -15,13 +15,13 @@ from tracking.evidence.observation import Observation, observe
 from tracking.evidence.rendering import RenderingCache
 from tracking.follow.attempt import attempt
 from tracking.follow.carried import is_likelier
-from tracking.follow.feature_relocalisation import relocalised
+from tracking.follow.feature_relocalisation import relocalise
 from tracking.follow.local_search import Found, log_posterior, search_locally
 from tracking.follow.posterior import (
     has_left_its_rest,
     is_accepted,
     is_conclusive,
-    least_correlation,
+    min_correlation,
     priors,
     shows_pattern,
 )
@@ -44,7 +44,7 @@ REMEMBERED_SIGMA = (0.005, 0.005, 0.003, math.radians(1.5))
 pixel."""
 
 
-LEAST_RELOCALISATION_M = 0.01
+MIN_RELOCALISATION_M = 0.01
 """Displacement in m below which relocalisation is not needed: a solve converges from there."""
 
 
@@ -91,9 +91,9 @@ def measure(
     fit = found.fit
     if is_conclusive(task, fit) or fit.covered_fraction > MOSTLY_COVERED:
         return window, fit
-    if is_unchanged and is_accepted(fit, wanted_correlation=least_correlation(track)):
+    if is_unchanged and is_accepted(fit, wanted_correlation=min_correlation(track)):
         return window, fit
-    relocalisation = _relocalised(task, window, found)
+    relocalisation = _relocalise(task, window, found)
     if relocalisation is not None:
         return relocalisation
     best = search_locally(
@@ -123,15 +123,15 @@ def _expected(
     return Found(other, carried) if is_carried else Found(fit, standing)
 
 
-def _relocalised(task: Task, window: Seen, found: Found) -> tuple[Seen, Fit] | None:
+def _relocalise(task: Task, window: Seen, found: Found) -> tuple[Seen, Fit] | None:
     """The window and fit of feature-based relocalisation, if likelier than what was found."""
     appearance, world_from_found = task.track.appearance, found.fit.world_from_object
     if appearance is None or task.is_first:
         return None
-    world_from_relocalised = relocalised(task, appearance, world_from_found.translation)
+    world_from_relocalised = relocalise(task, appearance, world_from_found.translation)
     if (
         world_from_relocalised is None
-        or apart(world_from_found, world_from_relocalised) < LEAST_RELOCALISATION_M
+        or apart(world_from_found, world_from_relocalised) < MIN_RELOCALISATION_M
     ):
         return None
     view = view_of(task.scene, task.model, world_from_relocalised)

@@ -20,7 +20,7 @@ from tracking.follow.posterior import CARRIED_SIGMA_M, HEAVY_HEIGHT_M, RECOGNISE
 from tracking.follow.rest import rest_of
 from tracking.follow.track import RESTING_FRAMES, SEARCH_PERIOD_NS, Task, Track
 from tracking.hypotheses.hypothesis import CLEAR_NATS
-from tracking.hypotheses.refinement import START_SIGMA, refined
+from tracking.hypotheses.refinement import START_SIGMA, refine
 from tracking.model.symmetry import ROUND
 from tracking.solve.covariance import uncertainty
 from tracking.solve.gauss_newton import Fit
@@ -73,26 +73,9 @@ def accept(
         unchanged: whether its pixels did not change.
     """
     track, now, fit = task.track, task.scene.frame.t_ns, belief.fit
-    step = pose_vector(fit.world_from_object) - pose_vector(track.world_from_object)
-    step[3] = wrap_angle(float(step[3]))
-    if task.model.symmetry == ROUND:
-        step[3] = 0.0
+    step = _step_of(task, fit)
     distance, turn = float(np.linalg.norm(step[:3])), abs(float(step[3]))
-    seen = replace(
-        track,
-        covariance=uncertainty(task.scene, task.model, fit),
-        visible_fraction=fit.visible_fraction,
-        confidence=confidence_of(belief.found, track.rival_nats),
-        usual_inlier_ratio=_usual(track.usual_inlier_ratio, fit.unoccluded_inlier_ratio),
-        usual_correlation=_usual(track.usual_correlation, fit.colour_correlation),
-        missed_frames=0,
-        seen_ns=now,
-        reduced=fit.reduced,
-    )
-    if rests and not belief.found.is_covered and belief.found.nats > CLEAR_NATS:
-        seen = replace(seen, world_from_stood=track.world_from_object)
-    kept = 1.0 if rests else KEPT_SHARE
-    seen = replace(seen, usual_nats=max(kept * track.usual_nats, belief.found.nats))
+    seen = _see(task, belief, rests=rests)
     if track.state is TrackState.STATIC and rests:
         return _rest_on(task, evidence, seen, fit, step=step, unchanged=unchanged)
     still = distance < RESTING_STEP_M and turn < RESTING_STEP_RAD
@@ -121,6 +104,33 @@ def accept(
         rest=None,
         appearance=_appearance_in_motion(task, evidence, fit),
     )
+
+
+def _step_of(task: Task, fit: Fit) -> NDArray[np.float64]:
+    """(4,) m and rad from an object's last pose to a fit; round objects do not turn."""
+    step = pose_vector(fit.world_from_object) - pose_vector(task.track.world_from_object)
+    step[3] = 0.0 if task.model.symmetry == ROUND else wrap_angle(float(step[3]))
+    return step
+
+
+def _see(task: Task, belief: Belief, *, rests: bool) -> Track:
+    """The track of an object that was seen: all but its pose, state and motion is of this frame."""
+    track, fit = task.track, belief.fit
+    seen = replace(
+        track,
+        covariance=uncertainty(task.scene, task.model, fit),
+        visible_fraction=fit.visible_fraction,
+        confidence=confidence_of(belief.found, track.rival_nats),
+        usual_inlier_ratio=_usual(track.usual_inlier_ratio, fit.unoccluded_inlier_ratio),
+        usual_correlation=_usual(track.usual_correlation, fit.colour_correlation),
+        missed_frames=0,
+        seen_ns=task.scene.frame.t_ns,
+        reduced=fit.reduced,
+    )
+    if rests and not belief.found.is_covered and belief.found.nats > CLEAR_NATS:
+        seen = replace(seen, world_from_stood=track.world_from_object)
+    kept = 1.0 if rests else KEPT_SHARE
+    return replace(seen, usual_nats=max(kept * track.usual_nats, belief.found.nats))
 
 
 def _rest_on(
@@ -162,7 +172,7 @@ def settle(task: Task, evidence: Evidence, belief: Belief) -> Fit:
     x, y, z, yaw = START_SIGMA
     is_carried = task.model.source.box_m[2] < HEAVY_HEIGHT_M and is_lifted(task, start)
     sigma = (x, y, CARRIED_SIGMA_M if is_carried else z, yaw)
-    again = refined(task.scene, task.model, start, evidence, observation, sigma=sigma)
+    again = refine(task.scene, task.model, start, evidence, observation, sigma=sigma)
     return again.fit if again.is_clearly_better(hypothesis_of(belief)) else belief.fit
 
 

@@ -46,7 +46,7 @@ RECOGNISED_CONTOUR_SCORE = 0.3
 desk."""
 
 
-LEAST_VISIBLE = 0.15
+MIN_VISIBLE = 0.15
 """Visible fraction below which no fit is accepted. Chosen on the rooms lab and desk."""
 
 
@@ -152,7 +152,7 @@ def is_conclusive(task: Task, fit: Fit) -> bool:
     )
 
 
-def least_correlation(track: Track) -> float:
+def min_correlation(track: Track) -> float:
     """Colour correlation that a textured object's fit must reach.
 
     A blurred scan or a distant object reaches less even at the right pose.
@@ -164,7 +164,7 @@ def is_accepted(fit: Fit, *, wanted_correlation: float = ACCEPTED_CORRELATION) -
     """Whether enough of the object is visible, its edges agree and its colours correlate."""
     correlates = not fit.textured or fit.colour_correlation >= wanted_correlation
     least = RECOGNISED_CONTOUR_SCORE if shows_pattern(fit) else ACCEPTED_CONTOUR_SCORE
-    return fit.contour_score >= least and fit.visible_fraction >= LEAST_VISIBLE and correlates
+    return fit.contour_score >= least and fit.visible_fraction >= MIN_VISIBLE and correlates
 
 
 def shows_pattern(fit: Fit) -> bool:

@@ -18,7 +18,7 @@ from tracking.hypotheses.budget import FrameBudget
 from tracking.hypotheses.hypothesis import CLEAR_NATS, Hypothesis, distinct, is_other
 from tracking.hypotheses.near_search import Nearby, search_near
 from tracking.hypotheses.prior import stayed_log_prior
-from tracking.hypotheses.refinement import placed
+from tracking.hypotheses.refinement import fit_at
 from tracking.hypotheses.search import search
 from tracking.hypotheses.search_runner import BEGUN, IN_FRAMES, Progress, SearchRunner
 from tracking.likelihood.pose_likelihood import pose_support
@@ -26,7 +26,7 @@ from tracking.model.support_planes import EVERYWHERE_M
 from tracking.solve.covariance import uncertainty
 from tracking.solve.motion import Motion
 
-MOST_WAITS = 3
+MAX_WAITS = 3
 """Most doublings of the search period after searches in vain: in the end an object is looked for
 every six seconds."""
 
@@ -73,7 +73,7 @@ def redetect_all(tasks: Sequence[Task]) -> Mapping[str, Track]:
     """
     if not tasks:
         return {}
-    return _placed(tasks, {_id(task): _hypotheses(task) for task in tasks})
+    return _assign(tasks, {_id(task): _hypotheses(task) for task in tasks})
 
 
 def redetect(
@@ -101,14 +101,14 @@ def redetect(
     if search is not None and _is_outdated(search, tasks):
         runner.give_up(search.progress)
         search = None
-    search = search or _begun(tasks)
+    search = search or _begin(tasks)
     if search is None:
         return {}, None
     work = partial(_hypotheses, search.task)
     progress, hypotheses = runner.advance(search.progress, work, budget_ms=budget_ms)
     if hypotheses is None:
         return {}, replace(search, progress=progress)
-    return _placed(tasks, {_id(search.task): hypotheses}), None
+    return _assign(tasks, {_id(search.task): hypotheses}), None
 
 
 def _found_nearby(tasks: Sequence[Task]) -> dict[str, Track] | None:
@@ -127,7 +127,7 @@ def _found_nearby(tasks: Sequence[Task]) -> dict[str, Track] | None:
     if not found or found[0].log_odds < CLEAR_NATS:
         return {_id(task): task.track}
     assignment = assign([AssignmentCandidates(task.model, found)])
-    return {_id(task): _redetected(task, assignment.get(_id(task)))}
+    return {_id(task): _redetect(task, assignment.get(_id(task)))}
 
 
 def _is_look_due(task: Task) -> bool:
@@ -158,7 +158,7 @@ def is_missing(track: Track) -> bool:
     return track.state is TrackState.LOST or is_hidden
 
 
-def _begun(tasks: Sequence[Task]) -> Search | None:
+def _begin(tasks: Sequence[Task]) -> Search | None:
     """A search for the object that waited longest; None if none is due."""
     due = [task for task in tasks if _is_due(task)]
     if not due:
@@ -180,19 +180,19 @@ def _is_outdated(search: Search, tasks: Sequence[Task]) -> bool:
     )
 
 
-def _placed(tasks: Sequence[Task], fresh: Mapping[str, Sequence[Hypothesis]]) -> dict[str, Track]:
+def _assign(tasks: Sequence[Task], fresh: Mapping[str, Sequence[Hypothesis]]) -> dict[str, Track]:
     """Tracks of lost objects after a joint assignment.
 
     Args:
         tasks: the objects.
         fresh: hypotheses of those that were searched for, by object id.
     """
-    tasks = [_searched(task, fresh.get(_id(task))) for task in tasks]
+    tasks = [_record_search(task, fresh.get(_id(task))) for task in tasks]
     found = assign([AssignmentCandidates(task.model, _still_free(task)) for task in tasks])
-    return {_id(task): _redetected(task, found.get(_id(task))) for task in tasks}
+    return {_id(task): _redetect(task, found.get(_id(task))) for task in tasks}
 
 
-def _searched(task: Task, hypotheses: Sequence[Hypothesis] | None) -> Task:
+def _record_search(task: Task, hypotheses: Sequence[Hypothesis] | None) -> Task:
     """The task with the outcome of its search recorded, if there was one."""
     if hypotheses is None:
         return task
@@ -223,7 +223,7 @@ def _stayed(task: Task) -> Hypothesis:
     scene, model, pose = task.scene, task.model, task.track.world_from_object
     evidence = gather(scene, model, view_of(scene, model, pose, at_any_yaw=True), task.neighbours)
     support = pose_support(observe(scene, evidence), model, pose, scene.renderer)
-    return Hypothesis(placed(scene, model, evidence, pose), support, stayed_log_prior())
+    return Hypothesis(fit_at(scene, model, evidence, pose), support, stayed_log_prior())
 
 
 def _still_free(task: Task) -> tuple[Hypothesis, ...]:
@@ -253,7 +253,7 @@ def heights_of(task: Task) -> tuple[float, ...]:
     return (source.support_z_m,) if is_heavy else task.scene.support_planes.heights_m
 
 
-def _redetected(task: Task, assignment: Assignment | None) -> Track:
+def _redetect(task: Task, assignment: Assignment | None) -> Track:
     """The track of an object after the assignment."""
     now = task.scene.frame.t_ns
     if assignment is None or assignment.place_probability < FOUND:
@@ -299,4 +299,4 @@ def _id(task: Task) -> str:
 
 def _is_due(task: Task) -> bool:
     waited_ns = task.scene.frame.t_ns - task.track.searched_ns
-    return waited_ns >= SEARCH_PERIOD_NS << min(max(task.track.searches_in_vain - 1, 0), MOST_WAITS)
+    return waited_ns >= SEARCH_PERIOD_NS << min(max(task.track.searches_in_vain - 1, 0), MAX_WAITS)

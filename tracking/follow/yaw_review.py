@@ -17,7 +17,7 @@ from tracking.follow.posterior import shows_pattern
 from tracking.follow.track import PendingReview, Review, Task, Track
 from tracking.hypotheses.budget import BudgetExhausted, FrameBudget, Step
 from tracking.hypotheses.hypothesis import APART_RAD, Hypothesis, distinct, is_other
-from tracking.hypotheses.refinement import refined
+from tracking.hypotheses.refinement import refine
 from tracking.hypotheses.yaws import likeliest_yaws
 from tracking.model.symmetry import ROUND
 from tracking.solve.gauss_newton import Fit
@@ -39,7 +39,7 @@ of the default rehearsal, with a quarter 25 to 50; errors were the same."""
 PERIOD_NS = 180_000_000
 """Least time in ns between two reviews. Chosen on the rooms lab and desk."""
 
-MOST_IN_VAIN = 5
+MAX_IN_VAIN = 5
 """Most doublings of that period after reviews in vain."""
 
 TURNED_NATS = MOVED_NATS + math.log(math.pi / APART_RAD)
@@ -47,7 +47,7 @@ TURNED_NATS = MOVED_NATS + math.log(math.pi / APART_RAD)
 it was not moved, times the number of yaws that can be distinguished."""
 
 
-def reviewed(
+def review_yaw(
     task: Task, evidence: Evidence, belief: Belief, *, is_shaken: bool = False
 ) -> tuple[Task, Fit]:
     """The task with its review recorded, and the fit or a clearly likelier one at another yaw.
@@ -99,7 +99,7 @@ def _others(task: Task, pending: PendingReview, budget: FrameBudget) -> list[Hyp
     evidence, pose = pending.evidence, pending.fit.world_from_object
     starts = budget.do(Step.YAWS, likeliest_yaws, task.model, evidence, pose)
     return [
-        refined(
+        refine(
             pending.scene,
             task.model,
             start,
@@ -133,7 +133,7 @@ def _concluded(
     is_wrong = bool(rivals) and rivals[0].is_clearly_better(found)
     best, less = (rivals[0], [found, *rivals[1:]]) if is_wrong else (found, rivals)
     rival_nats = min((best.log_odds - other.log_odds for other in less), default=math.inf)
-    in_vain = 0 if is_wrong or review is None else min(review.in_vain + 1, MOST_IN_VAIN)
+    in_vain = 0 if is_wrong or review is None else min(review.in_vain + 1, MAX_IN_VAIN)
     review = Review(task.scene.frame.t_ns, in_vain, rival_nats, rival_nats)
     task = replace(task, track=replace(task.track, review=review))
     if not is_wrong:
@@ -142,7 +142,7 @@ def _concluded(
         return task, best.fit
     # What the frame of the review shows of the object has moved with it since.
     start = belief.fit.world_from_object @ (reviewed_pose.inverse() @ best.world_from_object)
-    again = refined(task.scene, task.model, start, evidence, belief.observation)
+    again = refine(task.scene, task.model, start, evidence, belief.observation)
     return task, max(again, hypothesis_of(belief), key=lambda other: other.support.nats).fit
 
 

@@ -1,1 +1,1 @@
-"""Where an object may be: candidate positions, searches, and which object takes which."""
+"""Hypotheses of an object's pose: candidate positions, searches, joint assignment."""

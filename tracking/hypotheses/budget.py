@@ -19,7 +19,7 @@ ESTIMATE_SHARE = 0.2
 """Weight of a new duration in the running estimate of a step's cost. Chosen on lab and desk."""
 
 
-MOST_DURATIONS = 100_000
+MAX_DURATIONS = 100_000
 """Durations that are kept until they are taken: more than the steps of any frame (a first one with
 all objects gone has some thousands)."""
 
@@ -106,7 +106,7 @@ class MeasuredCosts(_Estimates):
     def __init__(self, stopwatch: Callable[[], int]) -> None:
         super().__init__()
         self._stopwatch = stopwatch
-        self._durations_ms: deque[float] = deque(maxlen=MOST_DURATIONS)
+        self._durations_ms: deque[float] = deque(maxlen=MAX_DURATIONS)
 
     def timed(self, step: Step, work: Callable[[], T]) -> tuple[T, float]:
         """Result of a step, and its measured duration in ms."""

@@ -76,16 +76,16 @@ def is_other(model: TrackModel, world_from_a: Pose, world_from_b: Pose) -> bool:
     if apart(world_from_a, world_from_b) > APART * model.radius_m:
         return True
     apart_rad = np.array([world_from_a.yaw() - world_from_b.yaw()])
-    return bool(are_other_turns(model, apart_rad, least=APART_RAD)[0])
+    return bool(are_other_turns(model, apart_rad, min_rad=APART_RAD)[0])
 
 
-def are_other_turns(model: TrackModel, apart_rad: Points, *, least: float) -> NDArray[np.bool_]:
-    """(N,) whether an object looks different when turned by at least so much."""
+def are_other_turns(model: TrackModel, apart_rad: Points, *, min_rad: float) -> NDArray[np.bool_]:
+    """(N,) whether an object looks different when turned by more than `min_rad`."""
     if model.symmetry == ROUND:
         return np.zeros(len(apart_rad), np.bool_)
     turns = (apart_rad * model.symmetry + math.pi) % (2 * math.pi) - math.pi
     turns = np.abs(turns) / model.symmetry
-    return (turns > least) & np.logical_not(model.are_same(turns))
+    return (turns > min_rad) & np.logical_not(model.are_same(turns))
 
 
 def apart(world_from_a: Pose, world_from_b: Pose) -> float:

@@ -61,7 +61,7 @@ class LensLook:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Changed:
-    """What a shrunk lens shows: (H, W, 3) live, (H, W) changed, (H, W) in the object's colours."""
+    """A shrunk lens: (H, W, 3) live, (H, W) changed, (H, W) in the object's colours."""
 
     live: FloatArray
     changed: FloatArray
@@ -143,7 +143,7 @@ def _changed(scene: Scene, lens_index: int, model: TrackModel, layers: Sequence[
 
 
 def _look(scene: Scene, lens_index: int, shown: _Changed, whole: _Whole) -> LensLook:
-    """What a shrunk lens picture shows, at all levels."""
+    """Compare a shrunk lens picture with the room, at all levels."""
     lens = scene.frame.rig.lenses[lens_index]
     shrink, size = _shrunk_size(lens)
     others = whole.alpha[..., None]

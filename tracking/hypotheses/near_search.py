@@ -21,20 +21,19 @@ from tracking.hypotheses.hypothesis import Hypothesis, distinct
 from tracking.hypotheses.lens_look import LEVELS, LensLook
 from tracking.hypotheses.prior import MOVED, UNSEEN
 from tracking.hypotheses.proposals import (
-    LEAST_CHANGED,
+    MIN_CHANGED,
     changed_share,
     cuts_at,
     proposed_by_overlap,
 )
-from tracking.hypotheses.refinement import refined
+from tracking.hypotheses.refinement import refine
+from tracking.hypotheses.screening import align_roughly, score_roughly
 from tracking.hypotheses.search import (
     HOPELESS_NATS,
     Turned,
     align_in_window,
-    align_roughly,
     best_places,
     judge_in_any_light,
-    score_roughly,
     window_about,
 )
 from tracking.model.object_model import TrackModel
@@ -109,11 +108,11 @@ def search_near(
     for pose in best_places(model, rough)[:COMPARED]:
         window = window_about(scene, model, neighbours, pose)
         aligned.append(align_in_window(scene, model, window, pose))
-    least = max(nats for nats, _, _ in aligned) - HOPELESS_NATS
+    min_nats = max(nats for nats, _, _ in aligned) - HOPELESS_NATS
     found = [
-        (refined(scene, model, pose, window.evidence, window.observation), window)
+        (refine(scene, model, pose, window.evidence, window.observation), window)
         for nats, pose, window in aligned
-        if nats >= least
+        if nats >= min_nats
     ]
     judged = judge_in_any_light(scene, model, found)
     log_prior = nearby.log_prior(model)
@@ -146,4 +145,4 @@ def _places(look: LensLook, model: TrackModel, nearby: Nearby) -> Points:
     places = places[(angle < look.camera.max_angle) & (distance > model.radius_m)]
     if len(places) == 0:
         return places
-    return places[changed_share(look, model, places) > LEAST_CHANGED]
+    return places[changed_share(look, model, places) > MIN_CHANGED]

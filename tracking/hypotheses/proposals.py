@@ -1,4 +1,4 @@
-"""Where an object may stand: support planes × yaws, compared with small pictures of the object.
+"""Proposals: support planes × yaws, compared with small pictures of the object.
 
 Proposals only propose. A whole lens picture is compared with what is known of the room; every place
 on a support plane is cut out of that, upright and at the object's size, and compared with its
@@ -34,10 +34,10 @@ Similarity = tuple[FloatArray, FloatArray]
 STEP = 0.25
 """Places are this far apart, in radii of the object: half of what an alignment bridges."""
 
-LEAST_STEP_M = 0.06
+MIN_STEP_M = 0.06
 """Least distance of two places, m: smaller objects are aligned over more of their radius."""
 
-LEAST_RADIUS_PX = 3.0
+MIN_RADIUS_PX = 3.0
 """Radius in the shrunk picture from which an object is looked for: below, its silhouette is worth
 less than one independent sample."""
 
@@ -45,7 +45,7 @@ OVERLAPPING = 24
 """Places kept by the overlap of what is in the object's colours with its templates, and by its
 colours: as many as by the first way."""
 
-LEAST_CHANGED = 0.15
+MIN_CHANGED = 0.15
 """Share of a place's box that must differ from the empty room: an object fills half of its box, and
 half of that may be hidden, with a margin for what looks like the room behind it."""
 
@@ -104,7 +104,7 @@ def places_on(
         model: the object.
         heights_m: heights of the planes.
     """
-    step = max(LEAST_STEP_M, STEP * model.radius_m)
+    step = max(MIN_STEP_M, STEP * model.radius_m)
     low, high = scene.bounds_m[:, :2]
     if not np.isfinite([low, high]).all():
         return [np.zeros((0, 3)) for _ in looks]
@@ -121,9 +121,9 @@ def places_on(
         distance = np.linalg.norm(centres, axis=1)
         angle = np.arctan2(np.hypot(centres[:, 0], centres[:, 1]), centres[:, 2])
         is_seen = angle < look.camera.max_angle
-        is_large = look.camera.f_px * model.radius_m >= LEAST_RADIUS_PX * distance
+        is_large = look.camera.f_px * model.radius_m >= MIN_RADIUS_PX * distance
         here = here[is_seen & is_large & (distance > model.radius_m)]
-        by_lens.append(here[changed_share(look, model, here) > LEAST_CHANGED])
+        by_lens.append(here[changed_share(look, model, here) > MIN_CHANGED])
     return by_lens
 
 
@@ -154,7 +154,7 @@ def _ahead(look: LensLook, centres: Points) -> Points:
 
 
 def cuts_at(look: LensLook, model: TrackModel, places: Points) -> Cuts:
-    """What a lens shows at some places, upright and as large as the templates."""
+    """Cut a lens picture at some places, upright and as large as the templates."""
     centres = places + model.centre_m
     return cut_out(look.picture, look.camera, look.world_from_lens, centres, model.radius_m)
 

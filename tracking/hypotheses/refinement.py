@@ -1,4 +1,4 @@
-"""What a rough pose of an object comes to, by outline and by colours, and how likely it is."""
+"""Refinement of a rough pose by outline and by colours, and its likelihood."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ ALIGNED_PX = 18.0
 the object, is then off by two pixels, what the lens blurs."""
 
 
-def aligned(
+def align(
     observation: Observation, model: TrackModel, world_from_rough: Pose, scene: Scene
 ) -> Pose:
     """A rough pose laid on the picture by the object's colours at a coarse scale."""
@@ -58,7 +58,7 @@ def aligned(
     return fit_patch_roughly(around, world_from_rough)
 
 
-def refined(
+def refine(
     scene: Scene,
     model: TrackModel,
     world_from_start: Pose,
@@ -69,7 +69,7 @@ def refined(
     quickly: bool = False,
     budget: FrameBudget | None = None,
 ) -> Hypothesis:
-    """What a rough pose comes to: the likeliest of the solved, the colour-fitted and the start.
+    """Refine a rough pose: the likeliest of the solved, the colour-fitted and the start.
 
     It is solved from where it is, and from where its colours lie on the picture. Colours know a
     place better than a yaw, so that place is tried with the yaw of the start, too.
@@ -88,9 +88,9 @@ def refined(
         BudgetExhausted: the rest is for the next frame.
     """
     do = (budget or FrameBudget()).do
-    from_colours = do(Step.ALIGN, aligned_coarsely, observation, model, world_from_start, scene)
+    from_colours = do(Step.ALIGN, align_coarsely, observation, model, world_from_start, scene)
     fits = [
-        do(Step.SOLVE, _solved, scene, model, start, evidence, sigma=sigma, quickly=quickly)
+        do(Step.SOLVE, _solve, scene, model, start, evidence, sigma=sigma, quickly=quickly)
         for start in (world_from_start, from_colours)
     ]
     best = do(Step.SUPPORT, _likelier, scene, model, observation, fits)
@@ -101,11 +101,11 @@ def refined(
     return do(Step.SUPPORT, _likeliest, scene, model, evidence, observation, best, poses)
 
 
-def aligned_coarsely(
+def align_coarsely(
     observation: Observation, model: TrackModel, world_from_rough: Pose, scene: Scene
 ) -> Pose:
     """A rough pose laid on an observation of any scale."""
-    return aligned(coarse(observation, model, world_from_rough), model, world_from_rough, scene)
+    return align(coarse(observation, model, world_from_rough), model, world_from_rough, scene)
 
 
 def _likelier(
@@ -131,11 +131,11 @@ def _likeliest(
     for pose in poses:
         support = pose_support(observation, model, pose, scene.renderer)
         if support.nats > best.support.nats:
-            best = Hypothesis(placed(scene, model, evidence, pose), support)
+            best = Hypothesis(fit_at(scene, model, evidence, pose), support)
     return best
 
 
-def climbed(
+def climb(
     observation: Observation,
     model: TrackModel,
     world_from_start: Pose,
@@ -200,7 +200,7 @@ def _beside(
             yield Pose.from_yaw(world_from_object.yaw() + turn, world_from_object.translation)
 
 
-def _solved(
+def _solve(
     scene: Scene,
     model: TrackModel,
     world_from_start: Pose,
@@ -220,7 +220,7 @@ def _solved(
     )
 
 
-def placed(scene: Scene, model: TrackModel, evidence: Evidence, world_from_object: Pose) -> Fit:
+def fit_at(scene: Scene, model: TrackModel, evidence: Evidence, world_from_object: Pose) -> Fit:
     """Statistics of a pose that colours gave."""
     reduced = reduced_rendering(model, world_from_object, evidence, scene.renderer)
     prior = Prior(pose_vector(world_from_object), np.array(START_SIGMA))

@@ -11,37 +11,21 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from scenes.pose import Pose
 from tracking.evidence.evidence import Evidence, Neighbour, Scene, gather, view_of
 from tracking.evidence.observation import Observation, observe
 from tracking.hypotheses.budget import FrameBudget, Step
 from tracking.hypotheses.hypothesis import OTHER_PLACE, Hypothesis, apart, distinct, is_other
-from tracking.hypotheses.lens_look import LensLook, look_through
+from tracking.hypotheses.lens_look import look_through
 from tracking.hypotheses.prior import moved_log_prior
-from tracking.hypotheses.proposals import Similarity, cuts_at, places_on, proposed
-from tracking.hypotheses.refinement import ALIGNED_PX, aligned, aligned_coarsely, climbed, refined
+from tracking.hypotheses.proposals import places_on
+from tracking.hypotheses.refinement import align_coarsely, climb, refine
+from tracking.hypotheses.screening import Rough, propose, screen
 from tracking.likelihood.pixel_model import ROUGHLY
 from tracking.likelihood.pose_likelihood import pose_support
 from tracking.model.object_model import TrackModel
 from tracking.model.symmetry import ROUND
-from tracking.model.templates import Cuts, compare
-
-Points = NDArray[np.float64]
-
-CUT_AT_ONCE = 400
-"""Places cut out of a lens in one step of a search."""
-
-SCREENED_AT_ONCE = 6
-"""Proposals screened in one step."""
-
-ALIGNED = 24
-"""Proposals that are aligned, the best by their rough likelihood."""
-
-ALIGNED_AT_A_PLACE = 3
-"""Of those at one place: a rough likelihood ranks places worse than poses at a place, as it grows
-with the silhouette, right or wrong."""
 
 COMPARED = 6
 """Places compared by the likelihood itself, the best by their rough one."""
@@ -68,15 +52,11 @@ REFINED = 5
 REFINED_AGAIN = 2
 """Of those, refined until they get no likelier."""
 
-MOST_ROUNDS = 3
+MAX_ROUNDS = 3
 """Refinements of one of these at most."""
 
 RESOLVED_NATS = 0.2
 """Gain in nats that is worth another refinement: a fifth changes no odds that matter."""
-
-
-Rough = tuple[float, Pose, int]
-"""Nats of a rough pose, the pose, and the lens that shows it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -117,31 +97,12 @@ def search(
     looks = [look_through(scene, index, model, neighbours, budget=budget) for index in lenses]
     places = budget.do(Step.PLACES, places_on, scene, looks, model, support_heights_m)
     starts = [
-        (pose, lens) for lens in lenses for pose in _proposed(looks, places, lens, model, budget)
+        (pose, lens) for lens in lenses for pose in propose(looks, places, lens, model, budget)
     ]
     starts += [(world_from_last, lens) for lens in lenses]
-    rough: list[Rough] = []
-    for first in range(0, len(starts), SCREENED_AT_ONCE):
-        some = starts[first : first + SCREENED_AT_ONCE]
-        rough += budget.do(Step.SCREEN, _screened, scene, model, looks, some)
-    rough.sort(key=lambda item: -item[0])
-    some_rough = of_all_places(model, rough)
-    rough = [budget.do(Step.ALIGN, align_roughly, scene, model, looks, item) for item in some_rough]
-    rough.sort(key=lambda item: -item[0])
-    compared: list[Turned] = []
-    for pose in best_places(model, rough):
-        window = budget.do(Step.GATHER, window_about, scene, model, neighbours, pose)
-        compared.append(budget.do(Step.ALIGN, align_in_window, scene, model, window, pose))
-    compared.sort(key=lambda item: -item[0])
-    turned: list[Turned] = []
-    for nats, pose, window in compared[:TURNED]:
-        if nats < compared[0][0] - HOPELESS_NATS:
-            break
-        likeliest = _likeliest_yaws(scene, model, window, pose, budget)
-        turned.append((nats, pose, window))
-        for start in [*_aligned_here(model, rough, pose), *likeliest]:
-            turned.append(budget.do(Step.ALIGN, align_in_window, scene, model, window, start))
-    found = _refined(scene, model, turned, budget)
+    rough = screen(scene, model, looks, starts, budget)
+    turned = _turn_at_best_places(scene, model, neighbours, rough, budget)
+    found = _refine_likeliest(scene, model, turned, budget)
     return distinct(
         model,
         [
@@ -162,80 +123,28 @@ def search(
     )
 
 
-def _proposed(
-    looks: Sequence[LensLook],
-    places: Sequence[Points],
-    lens: int,
+def _turn_at_best_places(
+    scene: Scene,
     model: TrackModel,
+    neighbours: Sequence[Neighbour],
+    rough: Sequence[Rough],
     budget: FrameBudget,
-) -> list[Pose]:
-    """Poses proposed in one lens."""
-    here = places[lens]
-    if len(here) == 0:
-        return []
-    cuts = [
-        budget.do(Step.CUT, cuts_at, looks[lens], model, here[first : first + CUT_AT_ONCE])
-        for first in range(0, len(here), CUT_AT_ONCE)
-    ]
-    similar = [budget.do(Step.COMPARE, compare, some, model.templates) for some in cuts]
-    return budget.do(Step.PROPOSE, _scored, looks[lens], model, here, cuts, similar)
-
-
-def _scored(
-    look: LensLook,
-    model: TrackModel,
-    places: Points,
-    cuts: Sequence[Cuts],
-    similar: Sequence[Similarity],
-) -> list[Pose]:
-    overlap, correlation = (np.concatenate(parts) for parts in zip(*similar, strict=True))
-    return proposed(look, model, places, Cuts.joined(cuts), (overlap, correlation))
-
-
-def _screened(
-    scene: Scene, model: TrackModel, looks: Sequence[LensLook], starts: Sequence[tuple[Pose, int]]
-) -> list[Rough]:
-    """Rough likelihoods of some proposals."""
-    return [score_roughly(scene, model, looks, pose, lens) for pose, lens in starts]
-
-
-def score_roughly(
-    scene: Scene, model: TrackModel, looks: Sequence[LensLook], world_from_object: Pose, lens: int
-) -> Rough:
-    """A pose with its rough likelihood in one of some looks."""
-    observation = _level(looks[lens], model, world_from_object)
-    support = pose_support(observation, model, world_from_object, scene.renderer, tolerance=ROUGHLY)
-    return support.nats, world_from_object, lens
-
-
-def _level(look: LensLook, model: TrackModel, pose: Pose) -> Observation:
-    range_m = float(np.linalg.norm(model.centre_at(pose) - look.world_from_lens.translation))
-    radius_px = look.camera.f_px * model.radius_m / max(range_m, model.radius_m)
-    return look.level_for(radius_px, ALIGNED_PX)
-
-
-def align_roughly(
-    scene: Scene, model: TrackModel, looks: Sequence[LensLook], rough: Rough
-) -> Rough:
-    """A rough pose after its alignment, if that made it likelier."""
-    _, pose, lens = rough
-    moved = aligned(_level(looks[lens], model, pose), model, pose, scene)
-    return max(rough, score_roughly(scene, model, looks, moved, lens), key=lambda item: item[0])
-
-
-def of_all_places(model: TrackModel, rough: Sequence[Rough]) -> list[Rough]:
-    """The best rough poses, no more of one place than another could need."""
-    places = np.array([pose.translation for _, pose, _ in rough]).reshape(-1, 3)
-    beside = np.zeros(len(rough), dtype=np.int64)
-    chosen: list[Rough] = []
-    for index, item in enumerate(rough):
-        if len(chosen) == ALIGNED:
+) -> list[Turned]:
+    """Poses at the likeliest places, at all yaws that may be right, aligned in their windows."""
+    compared: list[Turned] = []
+    for pose in best_places(model, rough):
+        window = budget.do(Step.GATHER, window_about, scene, model, neighbours, pose)
+        compared.append(budget.do(Step.ALIGN, align_in_window, scene, model, window, pose))
+    compared.sort(key=lambda item: -item[0])
+    turned: list[Turned] = []
+    for nats, pose, window in compared[:TURNED]:
+        if nats < compared[0][0] - HOPELESS_NATS:
             break
-        if beside[index] < ALIGNED_AT_A_PLACE:
-            chosen.append(item)
-            apart_m = np.linalg.norm(places - places[index], axis=1)
-            beside += apart_m < OTHER_PLACE * model.radius_m
-    return chosen
+        likeliest = _likeliest_yaws(scene, model, window, pose, budget)
+        turned.append((nats, pose, window))
+        for start in [*_aligned_here(model, rough, pose), *likeliest]:
+            turned.append(budget.do(Step.ALIGN, align_in_window, scene, model, window, start))
+    return turned
 
 
 def best_places(model: TrackModel, rough: Sequence[Rough]) -> list[Pose]:
@@ -299,7 +208,7 @@ def align_in_window(
 ) -> Turned:
     """A pose aligned at the window's own resolution, or the start if that is likelier."""
     observation = window.observation
-    moved = aligned_coarsely(observation, model, world_from_start, scene)
+    moved = align_coarsely(observation, model, world_from_start, scene)
     tried = [
         (pose_support(observation, model, pose, scene.renderer).nats, pose, window)
         for pose in (world_from_start, moved)
@@ -307,7 +216,7 @@ def align_in_window(
     return max(tried, key=lambda item: item[0])
 
 
-def _refined(
+def _refine_likeliest(
     scene: Scene,
     model: TrackModel,
     turned: Sequence[Turned],
@@ -322,7 +231,7 @@ def _refined(
             chosen.append(item)
     found = [
         (
-            refined(scene, model, pose, window.evidence, window.observation, budget=budget),
+            refine(scene, model, pose, window.evidence, window.observation, budget=budget),
             window,
         )
         for _, pose, window in chosen
@@ -330,15 +239,15 @@ def _refined(
     found.sort(key=lambda item: -item[0].support.nats)
     final: list[tuple[Hypothesis, ObjectWindow]] = []
     for rank, (hypothesis, window) in enumerate(found):
-        for _ in range(MOST_ROUNDS if rank < REFINED_AGAIN else 0):
+        for _ in range(MAX_ROUNDS if rank < REFINED_AGAIN else 0):
             start, evidence = hypothesis.world_from_object, window.evidence
-            again = refined(scene, model, start, evidence, window.observation, budget=budget)
+            again = refine(scene, model, start, evidence, window.observation, budget=budget)
             gained = again.support.nats - hypothesis.support.nats
             hypothesis = again if gained > 0.0 else hypothesis
             if gained < RESOLVED_NATS:
                 break
         if rank < REFINED_AGAIN:
-            hypothesis = _climbed(scene, model, window, hypothesis, budget)
+            hypothesis = _climb(scene, model, window, hypothesis, budget)
         final.append((hypothesis, window))
     return budget.do(Step.SUPPORT, judge_in_any_light, scene, model, final)
 
@@ -366,17 +275,17 @@ def judge_in_any_light(
     return judged
 
 
-def _climbed(
+def _climb(
     scene: Scene,
     model: TrackModel,
     window: ObjectWindow,
     hypothesis: Hypothesis,
     budget: FrameBudget,
 ) -> Hypothesis:
-    """What the likelihood itself leads to from a refined pose, refined once more, if likelier."""
+    """Climb the likelihood itself from a refined pose and refine once more, if that is likelier."""
     observation, pose = window.observation, hypothesis.world_from_object
-    start = climbed(observation, model, pose, scene, budget=budget)
-    other = refined(scene, model, start, window.evidence, observation, budget=budget)
+    start = climb(observation, model, pose, scene, budget=budget)
+    other = refine(scene, model, start, window.evidence, observation, budget=budget)
     return max(hypothesis, other, key=lambda found: found.support.nats)
 
 

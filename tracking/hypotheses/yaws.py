@@ -57,6 +57,6 @@ def likeliest_yaws(
             break
         yaw = float(yaws[row, turn])
         apart = np.array([yaw - other.yaw() for other in found])
-        if are_other_turns(model, apart, least=1.5 * APART_RAD).all():
+        if are_other_turns(model, apart, min_rad=1.5 * APART_RAD).all():
             found.append(Pose.from_yaw(yaw, places[row]))
     return found

@@ -34,4 +34,4 @@ class LearningOptions:
 
 
 LEARNING = LearningOptions()
-"""What the product runs with."""
+"""The options of the product."""

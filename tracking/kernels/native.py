@@ -1,4 +1,4 @@
-"""Where the tracker reaches the native crate; its measurements run with `OPTIONS`."""
+"""The tracker's door to the native crate; its measurements run with `OPTIONS`."""
 
 from typing import TYPE_CHECKING
 

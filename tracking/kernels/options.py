@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class KernelOptions:
-    """What the tracker's measurements assume of pictures, splats and each other.
+    """Assumptions of the tracker's measurements about pictures, splats and each other.
 
     All values were chosen on the built-in rooms `lab` and `desk` unless a line says otherwise.
     Colour values are channels of 0..1; pixels are the window's own.
@@ -59,7 +59,7 @@ class KernelOptions:
     """An edge of foreign colours this far inside the drawn contour belongs to an occluder."""
 
     weak_reach_px: float = 4.5
-    """Where foreground shows no edge, the steepest place within this reach is used."""
+    """Reach in px within which the steepest place is used if the foreground shows no edge."""
 
     weak_slope: float = 0.05
     """Least slope of such a place, per pixel."""
@@ -119,4 +119,4 @@ class KernelOptions:
 
 
 OPTIONS = KernelOptions()
-"""What the product runs with."""
+"""The options of the product."""

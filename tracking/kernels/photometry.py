@@ -85,4 +85,4 @@ class RelightingOptions:
 
 
 RELIGHTING = RelightingOptions()
-"""What the product runs with."""
+"""The options of the product."""

@@ -57,4 +57,4 @@ class ReductionOptions:
 
 
 REDUCTION = ReductionOptions()
-"""What the product runs with."""
+"""The options of the product."""

@@ -1,4 +1,4 @@
-"""Where the live picture puts an object's contour and texture points.
+"""Positions of an object's contour and texture points in the live picture.
 
 Along each contour normal the edge is found twice: first as the place where the object's foreground
 ends (robust, a pixel or so), then by a fit of a two-colour step to the live picture (sub-pixel).
@@ -226,7 +226,7 @@ def _coarse_edges(
 def _steepest_edges(
     picture: FloatArray, contour: Contour, pixels: Points, *, reach_px: float
 ) -> tuple[Points, Points]:
-    """Where the live picture changes most along each normal, and how much."""
+    """Steepest place of the live picture along each normal, and how steep it is."""
     count = int(np.ceil((reach_px + 1.0) / OPTIONS.sample_step_px))
     steps = np.arange(-count, count + 1) * OPTIONS.sample_step_px
     path = pixels[:, None, :] + steps[None, :, None] * contour.normals[:, None, :]

@@ -15,9 +15,9 @@ from tracking.likelihood.pixel_model import (
     BEHIND_M,
     BEHIND_SHARE,
     FOREIGN,
-    LEAST_CHANGED,
-    LEAST_LIT,
-    LEAST_PX,
+    MIN_CHANGED,
+    MIN_LIT,
+    MIN_PX,
     UNKNOWN_EDGE,
     UNKNOWN_GAP_PX,
     UNKNOWN_PRIOR,
@@ -45,7 +45,7 @@ class _Seen:
 
 
 def support_of(observation: Observation, pictures: DrawnObject, terms: Terms) -> PoseSupport:
-    """What an observation says for an object that is drawn at a pose.
+    """Support of an observation for an object that is drawn at a pose.
 
     Args:
         observation: of a window around the pose.
@@ -60,15 +60,15 @@ def support_of(observation: Observation, pictures: DrawnObject, terms: Terms) ->
     free = (1.0 - observation.hidden[part]) * ~is_behind
     silhouette = np.asarray(drawn.alpha * free, dtype=np.float32)
     area_px, open_px = float(drawn.alpha.sum()), float(silhouette.sum())
-    if open_px < LEAST_PX:
-        return PoseSupport(0.0, 0.0, open_px / max(area_px, LEAST_PX), 0.0, 0.0, area_px)
+    if open_px < MIN_PX:
+        return PoseSupport(0.0, 0.0, open_px / max(area_px, MIN_PX), 0.0, 0.0, area_px)
     live, empty, changed = (
         picture[part] for picture in (observation.live, observation.empty, observation.changed)
     )
     behind = np.asarray((1.0 - drawn.alpha)[..., None] * empty, dtype=np.float32)
     unknown = _unknown(observation, part, drawn.alpha, terms.reach_px)
     # What is in front of the object says nothing of its light.
-    uncovered = np.maximum(changed, LEAST_CHANGED) * (1.0 - unknown.certain)
+    uncovered = np.maximum(changed, MIN_CHANGED) * (1.0 - unknown.certain)
     weight = (silhouette * uncovered).astype(np.float32)
     gains, light_nats = _light(drawn, (live - behind).astype(np.float32), weight, shared_px2)
     most = tolerance.most_misfit
@@ -223,6 +223,6 @@ def _light(
     """Gains (H, W, 3) of the likeliest light, and the log of its prior, 0 at most."""
     prior = LightPrior(LIGHT_SIGMA, 1.0 / (RESIDUAL_SIGMA**2 * shared_px2))
     count, light = fit_light(drawn.rgb, drawn.facing, shown, weight, prior=prior)
-    if count < LEAST_LIT:
+    if count < MIN_LIT:
         return np.ones_like(drawn.rgb), 0.0
     return light.gains(drawn.facing), prior.nats(light)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from tracking.kernels.photometry import RELIGHTING
-from tracking.model.misfit import MOST_MISFIT, RESIDUAL_SIGMA
+from tracking.model.misfit import MAX_MISFIT, RESIDUAL_SIGMA
 from tracking.model.relighting import LIGHT_SIGMA
 
 OCCLUDED = 0.3
@@ -52,14 +52,14 @@ scan's depth on a surface seen face on."""
 BEHIND_SHARE = 0.02
 """The same as a share of the distance, for surfaces seen at a slant."""
 
-LEAST_PX = 4.0
+MIN_PX = 4.0
 """Visible silhouette below which nothing is said of a pose, px²."""
 
-LEAST_CHANGED = 0.05
+MIN_CHANGED = 0.05
 """Weight in the fit of light, 0..1, of a pixel that shows the empty room for sure: no more than the
 share of pixels at which an object happens to look like what is behind it."""
 
-LEAST_LIT = 12
+MIN_LIT = 12
 """Pixels from which light is fitted; with fewer it is as in the scan."""
 
 
@@ -78,10 +78,10 @@ class Tolerance:
     occluded: float
 
 
-EXACTLY = Tolerance(RESIDUAL_SIGMA, MOST_MISFIT, OCCLUDED)
+EXACTLY = Tolerance(RESIDUAL_SIGMA, MAX_MISFIT, OCCLUDED)
 """For poses that were refined: the likelihood itself."""
 
-ROUGHLY = Tolerance(0.12, 0.5 * MOST_MISFIT, 0.4)
+ROUGHLY = Tolerance(0.12, 0.5 * MAX_MISFIT, 0.4)
 """For poses that are off by a part of the object, whose edges fall on wrong pixels: the likelihood
 annealed, so that such pixels count half. On foreign stills the right place was among the best
 eight of 80 with a largest misfit from 1.5 to 2.6 nats, and was missed at 5.2."""
@@ -106,7 +106,7 @@ class Terms:
 
 @dataclass(frozen=True, slots=True)
 class PoseSupport:
-    """What a window says for an object at a pose.
+    """Support of a window for an object at a pose.
 
     Attributes:
         nats: log likelihood ratio of the object there against its absence.
@@ -146,9 +146,9 @@ def for_native() -> dict[str, object]:
         "unknown_gap_px": UNKNOWN_GAP_PX,
         "behind_m": BEHIND_M,
         "behind_share": BEHIND_SHARE,
-        "least_px": LEAST_PX,
-        "least_changed": LEAST_CHANGED,
-        "least_lit": LEAST_LIT,
+        "least_px": MIN_PX,
+        "least_changed": MIN_CHANGED,
+        "least_lit": MIN_LIT,
         "residual_sigma": RESIDUAL_SIGMA,
-        "most_misfit": MOST_MISFIT,
+        "most_misfit": MAX_MISFIT,
     }

@@ -59,7 +59,7 @@ def pose_support(
     *,
     tolerance: Tolerance = EXACTLY,
 ) -> PoseSupport:
-    """What an observation says for an object at a pose.
+    """Support of an observation for an object at a pose.
 
     Args:
         observation: of a window around the pose.
@@ -87,7 +87,7 @@ def terms_of(
 
 
 def support_of(observation: Observation, drawn: DrawnObject, terms: Terms) -> PoseSupport:
-    """What an observation says for an object that is drawn at a pose; as the numpy twin."""
+    """Support of an observation for an object that is drawn at a pose; as the numpy twin."""
     rows, columns = drawn.part
     left, top = columns.start, rows.start
     return PoseSupport(

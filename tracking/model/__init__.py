@@ -1,1 +1,1 @@
-"""What is known before the first frame: objects, their light and symmetry, support planes."""
+"""Models made before the first frame: objects, their light and symmetry, support planes."""

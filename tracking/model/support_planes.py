@@ -50,16 +50,16 @@ of a trained scan scatter about their surface."""
 HIGHEST_M = 1.6
 """Highest surface in m that people put objects on: shoulder height."""
 
-LEAST_SURFACE_M2 = 0.08
+MIN_SURFACE_M2 = 0.08
 """Smallest surface in m² that is a support plane of its own: a stool's seat."""
 
-MOST_SURFACES = 8
+MAX_SURFACES = 8
 """Level surfaces looked at, those with most splats; a board has two, the lower of which is none."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SupportPlanes:
-    """Where an object can stand in a room.
+    """Level surfaces of a room on which an object can stand.
 
     Attributes:
         heights_m: of the planes, ascending.
@@ -134,7 +134,7 @@ def _level_surfaces(
     places, reach, z = solid.means[is_level, :2].astype(np.float64), reach[is_level], z[is_level]
     is_free = np.all([np.abs(z - height) > 2 * SURFACE_M for height in known], axis=0)
     found: list[float] = []
-    while len(found) < MOST_SURFACES and is_free.any():
+    while len(found) < MAX_SURFACES and is_free.any():
         here = np.sort(z[is_free])
         # The sheet that holds most of what is left.
         count = np.searchsorted(here, here + SAME_HEIGHT_M, side="right") - np.arange(len(here))
@@ -143,9 +143,9 @@ def _level_surfaces(
         at_height = is_free & (np.abs(z - height) < SAME_HEIGHT_M)
         is_free &= ~at_height
         area_m2 = CELL_M**2 * float(_surface(places[at_height], reach[at_height]).sum())
-        if area_m2 >= LEAST_SURFACE_M2:
+        if area_m2 >= MIN_SURFACE_M2:
             found.append(height)
-        elif count[first] * CELL_M**2 < LEAST_SURFACE_M2:
+        elif count[first] * CELL_M**2 < MIN_SURFACE_M2:
             break
     # The lower side of a board is no support: nothing fits between it and the upper side.
     return [z for z in found if not any(z < other < z + 2 * SURFACE_M for other in found)]

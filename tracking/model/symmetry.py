@@ -1,4 +1,4 @@
-"""Which turns about the vertical axis leave an object looking the same.
+"""Symmetry: the turns about the vertical axis that leave an object looking the same.
 
 A turned object is compared with itself as poses are compared in a picture: in the light that fits
 best, in nats per pixel. Shading that the fitted light does not explain is coarse, while edges and

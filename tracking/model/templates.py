@@ -40,7 +40,7 @@ FIELD_RAD = math.radians(30)
 HALF_WIDTH = DISTANCE * math.tan(0.5 * FIELD_RAD)
 """Half a picture's width in radii of the object."""
 
-LEAST_SHOWN_PX = 12.0
+MIN_SHOWN_PX = 12.0
 COLOUR_SPREAD = 1e-4
 
 
@@ -59,7 +59,7 @@ class Templates:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cuts:
-    """What the live picture shows at some places, upright and as large as a template.
+    """Cuts of the live picture at some places, upright and as large as a template.
 
     Attributes:
         colours: (P, N, 3) float32 0..1.
@@ -187,7 +187,7 @@ def _overlap(cuts: Cuts, own: FloatArray, alpha: FloatArray) -> FloatArray:
     """(P, Y) shared part of a place's own pixels and a template, of what either covers."""
     shared = own @ alpha.T
     either = cuts.free @ alpha.T + own.sum(axis=1, keepdims=True) - shared
-    return np.where(either > LEAST_SHOWN_PX, shared / np.maximum(either, 1.0), 0.0)
+    return np.where(either > MIN_SHOWN_PX, shared / np.maximum(either, 1.0), 0.0)
 
 
 def _correlation(
@@ -204,4 +204,4 @@ def _correlation(
         live_power = live_power + (weight * seen**2) @ alpha.T / total - first**2
         drawn_power = drawn_power + weight @ (shown * drawn[..., channel]).T / total - second**2
     power = np.maximum(live_power, COLOUR_SPREAD) * np.maximum(drawn_power, COLOUR_SPREAD)
-    return np.where(total > LEAST_SHOWN_PX, both / np.sqrt(power), 0.0).astype(np.float32)
+    return np.where(total > MIN_SHOWN_PX, both / np.sqrt(power), 0.0).astype(np.float32)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scenes.pose import Pose
 from scenes.render.native import NativeRenderer
 from tracking.evidence.evidence import Evidence
-from tracking.evidence.rendering import LEAST_AREA_PX, ROUGHLY, ReducedRendering, RenderingCache
+from tracking.evidence.rendering import MIN_AREA_PX, ROUGHLY, ReducedRendering, RenderingCache
 from tracking.likelihood.contour_support import NOTHING_DRAWN
 from tracking.model.object_model import TrackModel
 from tracking.model.symmetry import ROUND
@@ -23,8 +23,8 @@ from tracking.window.contour import Contour, Texture
 
 Points = NDArray[np.float64]
 
-LEAST_VARIANCE = 0.5
-"""What a contour's residuals may make of the variance expected of them, however small they are."""
+MIN_VARIANCE = 0.5
+"""Least factor of a contour's expected variance, however small its residuals are."""
 
 SUPPORT_SIGMA_M = 0.0015
 """How well a scan knows the height of a support, and of what stands on it."""
@@ -38,7 +38,7 @@ FINE_REACH_PX = 4.5
 ROUGH_POINTS = 80
 """Of the outline, in the rounds before."""
 
-LEAST_TEXTURE = 12
+MIN_TEXTURE = 12
 
 LEVEL_SIGMA_RAD = 1e-5
 """Objects are upright: the tilt's standard deviation."""
@@ -206,7 +206,7 @@ def solve(
     coarse = [(reach, 2) for reach in reaches_px if reach > FINE_REACH_PX]
     fine = [(reach, 3) for reach in reaches_px if reach <= FINE_REACH_PX]
     for rounds in (coarse[:1], coarse[1:], fine):
-        if not rounds or reduced.area_px < LEAST_AREA_PX:
+        if not rounds or reduced.area_px < MIN_AREA_PX:
             continue
         closely = 1.0 if rounds is fine else ROUGHLY
         reduced = cache.at(model, world_from_object, evidence, renderer, tolerance=closely)
@@ -245,7 +245,7 @@ def _measurement(
     outline: Contour,
     texture: Texture | None,
 ) -> Measurement:
-    has_texture = texture is not None and len(texture) >= LEAST_TEXTURE
+    has_texture = texture is not None and len(texture) >= MIN_TEXTURE
     return Measurement(
         camera=evidence.camera,
         world_from_camera=evidence.world_from_camera,
@@ -286,7 +286,7 @@ def judge(
     response = inverse @ (information - np.diag(prior.weights()))
     covariance = (inverse @ _spread(information, prior) @ inverse.T)[np.ix_(UPRIGHT, UPRIGHT)]
     found = NOTHING_DRAWN
-    if reduced.area_px >= LEAST_AREA_PX:
+    if reduced.area_px >= MIN_AREA_PX:
         here = Prior(pose_vector(world_from_object), np.ones(4))
         outline = _measurement(
             evidence, model, here, reduced, outline=reduced.contour, texture=None
@@ -300,7 +300,7 @@ def judge(
             colours=reduced.colours,
         )
     # Residuals estimate the variance of noise and model errors in this picture.
-    variance = max(found.mean_edge_chi2, LEAST_VARIANCE) * found.variance_inflation
+    variance = max(found.mean_edge_chi2, MIN_VARIANCE) * found.variance_inflation
     return Fit(
         world_from_object=world_from_object,
         covariance=_with_symmetry(covariance[:4, :4] * variance, model),

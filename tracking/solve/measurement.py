@@ -30,7 +30,7 @@ Points = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Measurement:
-    """What a pose is measured by in one window.
+    """Points of a rendering by which a pose is measured in one window.
 
     Attributes:
         camera: of the window.

@@ -34,7 +34,7 @@ class Motion:
         return Motion(np.zeros(4), t_ns)
 
     def predict(self, pose: Pose, t_ns: int, *, frame_ns: int = 33_000_000) -> Pose:
-        """Where an object seen at `pose` when this was measured is likely to be at `t_ns`."""
+        """Predict the pose at `t_ns` of an object seen at `pose` when this was measured."""
         elapsed = max(t_ns - self.t_ns, 0)
         decay = VELOCITY_DECAY ** (elapsed / frame_ns)
         return vector_pose(pose_vector(pose) + self.velocity * (elapsed * 1e-9) * decay)

@@ -304,7 +304,7 @@ def _grown(small: FloatArray, height: int, width: int) -> FloatArray:
 
 
 def _relit(background_image: FloatArray, residual: FloatArray) -> NDArray[np.bool_]:
-    """Where the same colour is only lighter or darker: a shadow has come or gone."""
+    """Mask of pixels whose colour is only lighter or darker: a shadow has come or gone."""
     live = background_image + residual
     power = np.einsum("hwc,hwc->hw", background_image, background_image) + 1e-4
     ratio = np.einsum("hwc,hwc->hw", live, background_image) / power

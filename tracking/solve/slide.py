@@ -22,15 +22,15 @@ SHRINK = 2
 REACH_SHARE = 0.22
 """The silhouette is slid by at most this share of the crop's side."""
 
-LEAST_GAIN = 0.12
+MIN_GAIN = 0.12
 """A slide must cover this much more of the silhouette to be worth it."""
 
 TEMPLATE_BLUR_PX = 0.8
 DETAIL_PX = 3.0
-LEAST_CORRELATION = 0.3
+MIN_CORRELATION = 0.3
 """A textured object's picture must correlate this well with the live one to be slid there."""
 
-LEAST_SHIFT_PX = 3.0
+MIN_SHIFT_PX = 3.0
 STEEPEST_M = 0.6
 """No slide along the support is longer."""
 
@@ -57,7 +57,7 @@ def silhouette_shift(evidence: Evidence, alpha: FloatArray) -> NDArray[np.float6
     row, column = np.unravel_index(np.argmax(covered - cost), covered.shape)
     shift = np.array([column - reach, row - reach], dtype=np.float64) * SHRINK
     gain = float(covered[row, column] - covered[reach, reach])
-    if gain < LEAST_GAIN or float(np.linalg.norm(shift)) < LEAST_SHIFT_PX:
+    if gain < MIN_GAIN or float(np.linalg.norm(shift)) < MIN_SHIFT_PX:
         return None
     return shift
 
@@ -115,7 +115,7 @@ def slide(
     """
     if model.textured:
         found = texture_shift(evidence, drawn)
-        if found is not None and found[1] > LEAST_CORRELATION:
+        if found is not None and found[1] > MIN_CORRELATION:
             return shifted(world_from_object, found[0], evidence, model, grounded=grounded)
     shift = silhouette_shift(evidence, drawn.alpha)
     if shift is None:

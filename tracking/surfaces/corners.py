@@ -19,10 +19,10 @@ from scenes.splats import SplatCloud
 
 FloatArray = NDArray[np.float64]
 
-LEAST_PIXELS = 30
+MIN_PIXELS = 30
 """Pixels with a depth that a plane is laid through."""
 
-LEAST_ALPHA = 0.95
+MIN_ALPHA = 0.95
 ROUNDS = 12
 CUTOFF = 3.0
 """Tukey's constant: pixels farther off the plane, in standard deviations, say nothing."""
@@ -30,7 +30,7 @@ CUTOFF = 3.0
 FINEST = 2e-3
 """Share of its distance to which a drawn surface is known at best."""
 
-LEAST_FACING = 0.05
+MIN_FACING = 0.05
 """Sine between a clicked ray and the plane below which they meet nowhere in particular."""
 
 
@@ -64,17 +64,17 @@ def corners_from_clicks(
     drawn = renderer.render(
         (PosedSplats(room, Pose.identity()),), window, world_from_lens, RenderOptions()
     )
-    usable = inside & (drawn.alpha > LEAST_ALPHA) & (drawn.depth > 0)
-    if usable.sum() < LEAST_PIXELS:
+    usable = inside & (drawn.alpha > MIN_ALPHA) & (drawn.depth > 0)
+    if usable.sum() < MIN_PIXELS:
         raise ValueError(
             f"surface: the scan shows something on {usable.sum()} of {inside.sum()} pixels between "
-            f"the clicks, wanted at least {LEAST_PIXELS}: click a larger surface, or one nearer"
+            f"the clicks, wanted at least {MIN_PIXELS}: click a larger surface, or one nearer"
         )
     rays = window.unproject(pixel_centres(window)).reshape(*inside.shape, 3)[usable]
     plane = plane_through(rays, drawn.depth[usable].astype(np.float64))
     clicked = camera.unproject(clicks)
     nearness = clicked @ plane
-    if (nearness < LEAST_FACING * np.linalg.norm(plane)).any():
+    if (nearness < MIN_FACING * np.linalg.norm(plane)).any():
         raise ValueError(
             "surface: a click looks along the surface or past it; click corners that lie on it"
         )

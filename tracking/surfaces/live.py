@@ -49,19 +49,19 @@ DOUBLED = 2
 """The coarse picture is looked up so many times finer and averaged, or thin lines would flicker."""
 
 NEARER_M = 0.03
-"""What is in front of a surface by less than this lies on it."""
+"""Distance in m in front of a surface below which something lies on it."""
 
 SOLID = 0.3
 """Alpha from which a drawn object hides what is behind it."""
 
-LEAST_OUTSIDE_PX = 4
+MIN_OUTSIDE_PX = 4
 """Coarse pixels that a change must have beyond the edge to count as coming from there."""
 
 LEARNED_PER_FRAME = 0.15
 """How fast what is expected follows what is seen."""
 
 SETTLED_S = 8.0
-"""What hides a surface and keeps as still as this long belongs to it: a poster was put up."""
+"""Time in which something that hides a surface and keeps still becomes part of it: a poster."""
 
 SAME_COLOUR = 0.04
 """Of a 0..1 channel: less is no motion."""
@@ -72,7 +72,7 @@ LARGEST_GAIN = 1.6
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Occluders:
-    """What is known to be in front of surfaces.
+    """Objects known to be in front of surfaces.
 
     Attributes:
         layers: per lens, the tracked objects as they are drawn into it; empty if none are tracked.
@@ -86,7 +86,7 @@ class Occluders:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SurfacePicture:
-    """What a live surface shows at one frame.
+    """Picture of a live surface at one frame.
 
     Attributes:
         surface_id: which surface.
@@ -106,7 +106,7 @@ class SurfacePicture:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Expected:
-    """What the coarse picture shows when nothing is in the way.
+    """Coarse picture expected of a surface when nothing is in the way.
 
     Attributes:
         picture: (h, w, 3) float32 0..1.
@@ -152,7 +152,7 @@ class _Memory:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SurfacesState:
-    """What is remembered of the surfaces between frames, by id."""
+    """State of the surfaces between frames, by id."""
 
     memories: Mapping[str, _Memory] = field(default_factory=lambda: MappingProxyType({}))
 
@@ -253,7 +253,7 @@ def _seen(memory: _Memory, frame: Frame, known: Occluders) -> tuple[_Memory, Boo
 def _at_first(
     memory: _Memory, frame: Frame, background: BackgroundImages | None, coarse: FloatArray
 ) -> _Expected:
-    """What to expect before the first frame: the scanned room, or else the frame itself."""
+    """Picture expected before the first frame: the scanned room, or else the frame itself."""
     restless = np.zeros(memory.visible.shape, np.float32)
     since = np.full(memory.visible.shape, frame.t_ns, np.int64)
     if background is None:
@@ -313,7 +313,7 @@ def _reaching_in(changed: BoolArray, inner: tuple[slice, slice]) -> BoolArray:
     beyond = labels.copy()
     beyond[inner] = 0
     outside_px = np.bincount(beyond.ravel(), minlength=count)
-    from_beyond = outside_px >= LEAST_OUTSIDE_PX
+    from_beyond = outside_px >= MIN_OUTSIDE_PX
     from_beyond[0] = False
     hiding = np.take(from_beyond, np.asarray(labels, dtype=np.intp))
     return cv2.dilate(hiding.astype(np.uint8), _square(3)) > 0
@@ -327,7 +327,7 @@ def _learned(
     covered: BoolArray,
     t_ns: int,
 ) -> _Expected:
-    """What to expect of the next frame."""
+    """Update the picture that is expected of the next frame."""
     moved = np.abs(likely - expected.before).max(axis=2) > SAME_COLOUR
     since = np.where(moved | covered, np.int64(t_ns), expected.still_since_ns)
     settled = expected.known & (t_ns - since > SETTLED_S * 1e9)

@@ -1,4 +1,4 @@
-"""Where each pixel of a live surface comes from: four corners in the world, seen by the lenses.
+"""Sampling tables of a live surface: four corners in the world, seen by the lenses.
 
 A surface is a planar quad (paper 4.3). Its picture is spread over the quad by the homography that
 takes the picture's corners to the quad's, so straight lines stay straight; each pixel's place in
@@ -22,7 +22,7 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 LARGEST_SIDE_PX = 2048
-LEAST_SIDE_PX = 16
+MIN_SIDE_PX = 16
 UNSEEN_PX_PER_M = 400.0
 """Fineness of a surface that no lens sees when it is made."""
 
@@ -42,7 +42,7 @@ BEYOND = 1.2
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LensTable:
-    """Where a surface's pixels are in one lens.
+    """Coordinates of a surface's pixels in one lens.
 
     Attributes:
         lens: its index.
@@ -155,7 +155,7 @@ def native_size_px(quad: Quad, rig: Rig, world_from_rig: Pose) -> tuple[int, int
         corners, _ = quad.points([[0, 0], [1, 0], [0, 1]])
         sides = [UNSEEN_PX_PER_M * float(np.linalg.norm(c - corners[0])) for c in corners[1:]]
     shrink = min(1.0, LARGEST_SIDE_PX / max(sides))
-    width, height = (max(LEAST_SIDE_PX, round(shrink * side)) for side in sides)
+    width, height = (max(MIN_SIDE_PX, round(shrink * side)) for side in sides)
     return width, height
 
 

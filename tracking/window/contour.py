@@ -120,7 +120,7 @@ def texture_points(
     object_from_camera: Pose,
     *,
     limit: int,
-    least_slope: float,
+    min_slope: float,
 ) -> Texture:
     """The object's inner pixels with the steepest colours.
 
@@ -130,13 +130,13 @@ def texture_points(
         camera: it was drawn with.
         object_from_camera: inverse of the pose it was drawn at.
         limit: keep at most this many.
-        least_slope: change per pixel, of a 0..1 channel, below which a pixel says nothing.
+        min_slope: change per pixel, of a 0..1 channel, below which a pixel says nothing.
     """
     slope_x, slope_y = slopes(picture)
     steep2 = np.einsum("hwc,hwc->hw", slope_x, slope_x)
     steep2 += np.einsum("hwc,hwc->hw", slope_y, slope_y)
     inner = cv2.erode((drawn.alpha > 0.9).astype(np.uint8), np.ones((5, 5), np.uint8))
-    rows, columns = np.nonzero((inner > 0) & (steep2 > least_slope**2))
+    rows, columns = np.nonzero((inner > 0) & (steep2 > min_slope**2))
     if len(rows) > limit:
         chosen = np.linspace(0, len(rows) - 1, limit).astype(int)
         rows, columns = rows[chosen], columns[chosen]

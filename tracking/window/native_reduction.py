@@ -42,7 +42,7 @@ def contour_of(
 def outlined_of(
     drawn: Rendering, camera: Fisheye, object_from_camera: Pose, *, finer: int
 ) -> Outlined:
-    """`tracking.window.reduction.outlined`, natively."""
+    """`tracking.window.reduction.reduce_outline`, natively."""
     part, pixels, points, normals, inner_px, outer_px, (rgb, alpha, depth) = native.outlined(
         arrays_of(drawn), lens=lens_of(camera), kept=REDUCTION.outline_for_native(finer=finer)
     )
@@ -64,7 +64,7 @@ def outlined_of(
 
 
 def looks_of(found: Outlined, drawn: Rendering, window: Fisheye, object_from_camera: Pose) -> Looks:
-    """`tracking.window.reduction.looks`, natively."""
+    """`tracking.window.reduction.measure_looks`, natively."""
     contour = found.contour
     colours, texture, surface, area_px = native.looks(
         arrays_of(drawn),

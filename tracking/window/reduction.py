@@ -37,8 +37,8 @@ SILHOUETTE = 0.5
 DEEP_PX = 2.0
 """The colour inside a contour is taken this far from it."""
 
-LEAST_COVERED = 0.3
-LEAST_ALPHA = 1e-6
+MIN_COVERED = 0.3
+MIN_ALPHA = 1e-6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,7 +77,7 @@ class Looks:
     area_px: int
 
 
-def outlined(
+def reduce_outline(
     drawn: Rendering, camera: Fisheye, object_from_camera: Pose, *, finer: int
 ) -> Outlined:
     """Find the outline of a drawing and shrink what it shows to the window's own pixels.
@@ -128,11 +128,13 @@ def _seen(drawn: Rendering, rows: slice, columns: slice, finer: int) -> Renderin
         return Rendering(rgb, alpha, depth)
     size = (columns.stop - columns.start, rows.stop - rows.start)
     seen = resized(alpha, size)
-    depth = resized(depth * alpha, size) / np.maximum(seen, LEAST_ALPHA)
+    depth = resized(depth * alpha, size) / np.maximum(seen, MIN_ALPHA)
     return Rendering(resized(rgb, size), seen, np.asarray(depth, dtype=np.float32))
 
 
-def looks(found: Outlined, drawn: Rendering, window: Fisheye, object_from_camera: Pose) -> Looks:
+def measure_looks(
+    found: Outlined, drawn: Rendering, window: Fisheye, object_from_camera: Pose
+) -> Looks:
     """Pick points of a drawing: with structure, evenly over the silhouette, inside the contour.
 
     Args:
@@ -143,7 +145,7 @@ def looks(found: Outlined, drawn: Rendering, window: Fisheye, object_from_camera
     """
     camera, contour = part_of(window, found.part), found.contour
     deep = found.pixels - contour.normals * np.minimum(0.5 * contour.inner_px, DEEP_PX)[:, None]
-    covered = np.maximum(sample(drawn.alpha, deep), LEAST_COVERED)
+    covered = np.maximum(sample(drawn.alpha, deep), MIN_COVERED)
     colours = np.ascontiguousarray(sample(drawn.rgb, deep) / covered[:, None])
     picture = bell_blurred(drawn.rgb, TEXTURE_BLUR_PX, TEXTURE_BLUR_REACH_PX)
     texture = texture_points(
@@ -152,7 +154,7 @@ def looks(found: Outlined, drawn: Rendering, window: Fisheye, object_from_camera
         camera,
         object_from_camera,
         limit=REDUCTION.texture_points,
-        least_slope=REDUCTION.least_slope,
+        min_slope=REDUCTION.least_slope,
     )
     rows, columns = np.nonzero(drawn.alpha > SILHOUETTE)
     area = len(rows)

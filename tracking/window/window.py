@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 MARGIN = 1.4
 """Side of a window over the angular size of the object in it."""
 
-LEAST_SIDE_PX = 112
+MIN_SIDE_PX = 112
 LARGEST_SIDE_PX = 288
 """Sides of a window in its own pixels; larger ones are shrunk by a whole number."""
 
@@ -98,7 +98,7 @@ def window_around(
     in_lens = world_from_lens.inverse() @ centre
     distance = max(float(np.linalg.norm(in_lens)), 1.05 * radius_m)
     half_angle = math.asin(min(0.8, radius_m / distance))
-    wanted = max(2.0 * MARGIN * half_angle * source.f_px, LEAST_SIDE_PX)
+    wanted = max(2.0 * MARGIN * half_angle * source.f_px, MIN_SIDE_PX)
     shrink = max(1, math.ceil(wanted / LARGEST_SIDE_PX))
     middle = source.project(in_lens[None])[0][0]
     spans = np.stack([middle - 0.5 * wanted, middle + 0.5 * wanted])
@@ -116,7 +116,7 @@ def _narrowed(
     """Spans without what lies farther than a margin beside some pixels, but no side too short."""
     low = np.maximum(spans[0], pixels.min(axis=0) - margin_px)
     high = np.minimum(spans[1], pixels.max(axis=0) + margin_px)
-    missing = np.maximum(LEAST_SIDE_PX - (high - low), 0.0)
+    missing = np.maximum(MIN_SIDE_PX - (high - low), 0.0)
     return np.stack([low - 0.5 * missing, high + 0.5 * missing])
 
 

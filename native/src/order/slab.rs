@@ -14,7 +14,7 @@ use crate::project::tile_box::TileBox;
 use crate::scene::cloud::CHUNK;
 
 /// Fewer splats than this get no slab of their own.
-const LEAST: usize = 4096;
+const MIN_SPLATS: usize = 4096;
 /// Slabs for each thread, to even out the load: those near the camera touch more tiles.
 const PER_THREAD: usize = 2;
 
@@ -58,7 +58,7 @@ pub fn cut(groups: &[Group], threads: usize) -> Vec<Range<u32>> {
     let total: usize = groups.iter().map(|group| group.count).sum();
     let slabs = match threads {
         1 => 1,
-        threads => (PER_THREAD * threads).min(total / LEAST + 1),
+        threads => (PER_THREAD * threads).min(total / MIN_SPLATS + 1),
     };
     let mut ends = Vec::with_capacity(slabs);
     if slabs > 1 {

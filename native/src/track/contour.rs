@@ -1,5 +1,5 @@
 //! Points of a drawn object that its pose can be measured at: where its silhouette ends, where its
-//! picture has structure. `tracking/contour.py` says the same.
+//! picture has structure. `tracking/window/contour.py` says the same.
 
 use std::ops::Range;
 

@@ -48,7 +48,7 @@ pub(crate) struct TilePixels {
 /// Pixels of a tile.
 const PIXELS: usize = TILE * TILE;
 /// A tile has at most so many patches, in registers as narrow as a block.
-const MOST_PATCHES: usize = BLOCKS;
+const MAX_PATCHES: usize = BLOCKS;
 
 /// The same of a patch's pixels.
 #[derive(Clone, Copy)]
@@ -86,10 +86,7 @@ impl PatchWork for TrainingTile<'_> {
 
 impl TrainingTile<'_> {
     #[inline(always)]
-    fn sweep<V: Patch, const PRICED: bool>(
-        &mut self,
-        patches: &mut [PatchPixels<V>; MOST_PATCHES],
-    ) {
+    fn sweep<V: Patch, const PRICED: bool>(&mut self, patches: &mut [PatchPixels<V>; MAX_PATCHES]) {
         let rate = V::all(self.pixels.depth_rate);
         let mut live = 0;
         for (place, &slot) in self.work.slots.iter().enumerate() {
@@ -112,7 +109,7 @@ impl TrainingTile<'_> {
 
     /// Adds what weight off the surface costs to the contribution of what is shown.
     #[inline(always)]
-    fn add_prices<V: Patch>(&self, patches: &mut [PatchPixels<V>; MOST_PATCHES]) {
+    fn add_prices<V: Patch>(&self, patches: &mut [PatchPixels<V>; MAX_PATCHES]) {
         let rate = V::all(self.pixels.depth_rate);
         let mut ahead = *patches;
         let mut live = 0;
@@ -131,7 +128,7 @@ impl TrainingTile<'_> {
             let nearness = V::all(splat.depth.recip());
             let grid = Grid::<V>::new();
             while touched != 0 {
-                let patch = touched.trailing_zeros() as usize % MOST_PATCHES;
+                let patch = touched.trailing_zeros() as usize % MAX_PATCHES;
                 touched &= touched - 1;
                 let (x, y) = grid.pixels_of(patch);
                 let pixels = &mut ahead[patch];
@@ -196,7 +193,7 @@ impl<V: Patch> Grid<V> {
 fn take_share<V: Patch, const PRICED: bool>(
     splat: &TileSplat,
     mut touched: u32,
-    patches: &mut [PatchPixels<V>; MOST_PATCHES],
+    patches: &mut [PatchPixels<V>; MAX_PATCHES],
     rate: V,
 ) -> Sums {
     let (zero, one) = (V::all(0.0), V::all(1.0));
@@ -206,7 +203,7 @@ fn take_share<V: Patch, const PRICED: bool>(
     let grid = Grid::<V>::new();
     let mut sums = [zero; SUMS];
     while touched != 0 {
-        let patch = touched.trailing_zeros() as usize % MOST_PATCHES;
+        let patch = touched.trailing_zeros() as usize % MAX_PATCHES;
         touched &= touched - 1;
         let (x, y) = grid.pixels_of(patch);
         let pixels = &mut patches[patch];
@@ -249,7 +246,7 @@ fn take_share<V: Patch, const PRICED: bool>(
 
 /// One bit per patch in which a pixel still takes light.
 #[inline(always)]
-fn live_patches<V: Patch>(patches: &[PatchPixels<V>; MOST_PATCHES]) -> u32 {
+fn live_patches<V: Patch>(patches: &[PatchPixels<V>; MAX_PATCHES]) -> u32 {
     let stop = V::all(TRANSMITTANCE_STOP);
     let mut live = 0;
     for (patch, pixels) in patches[..PIXELS / V::LANES].iter().enumerate() {
@@ -275,7 +272,7 @@ impl Default for TilePixels {
 impl TilePixels {
     /// The same, one register at a time.
     #[inline(always)]
-    fn patches<V: Patch>(&self) -> [PatchPixels<V>; MOST_PATCHES] {
+    fn patches<V: Patch>(&self) -> [PatchPixels<V>; MAX_PATCHES] {
         let nothing = V::Array::default();
         let mut patches = [PatchPixels {
             d_colour: [nothing; 3],
@@ -283,7 +280,7 @@ impl TilePixels {
             contribution: nothing,
             transmittance: nothing,
             bounds: [nothing; 2],
-        }; MOST_PATCHES];
+        }; MAX_PATCHES];
         let across = TILE / BLOCK_WIDTH;
         for (patch, pixels) in patches[..PIXELS / V::LANES].iter_mut().enumerate() {
             let top = patch / across * (V::LANES / BLOCK_WIDTH);

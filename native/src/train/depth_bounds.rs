@@ -1,13 +1,13 @@
 //! Between which depths a photo's pixels show a surface, and what light from elsewhere costs.
 //!
 //! A unit of blend weight at depth z costs near / z - 1 in front of the bounds, 1 - far / z behind
-//! them, nothing between them, and never more than `MOST`: shares of the depth, so that far walls
+//! them, nothing between them, and never more than `MAX_COST`: shares of the depth, so that far walls
 //! may be seen less well than near ones.
 
 use crate::lanes::vector::Vector;
 
 /// What any unit of weight costs at most; beyond it the price does not pull, it only drains.
-pub const MOST: f32 = 0.04;
+pub const MAX_COST: f32 = 0.04;
 /// A far bound that bounds nothing.
 pub const FARTHEST: f32 = 1e30;
 
@@ -26,7 +26,7 @@ pub fn price<V: Vector>(near: V, far: V, nearness: V) -> (V, V) {
     let (is_before, is_behind) = (before.at_least(zero), behind.at_least(zero));
     // Never both.
     let off = before.and(is_before).add(behind.and(is_behind));
-    let most = V::all(MOST);
+    let most = V::all(MAX_COST);
     let slope = far.and(is_behind).sub(near.and(is_before)).mul(nearness);
     (off.min(most), slope.and(most.at_least(off)))
 }

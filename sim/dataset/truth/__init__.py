@@ -1,1 +1,1 @@
-"""What a lens truly sees of each object: range, outline, visible share, size and symmetry."""
+"""True range, outline, visible share, size and symmetry of each object in a lens."""

@@ -1,4 +1,4 @@
-"""What a fisheye truly sees: range, who is seen, and every object's silhouette alone.
+"""True picture of a fisheye: range, visible bodies, and every object's silhouette alone.
 
 A pass of its own over the meshes at the true poses, at exact pixel centres; the camera's pictures
 are drawn elsewhere, on a finer grid.
@@ -43,7 +43,7 @@ ROOM = 0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Silhouette:
-    """Where a body would be seen with nothing in front.
+    """Silhouette of a body with nothing in front.
 
     Attributes:
         rect: the part of the picture that `mask` covers.
@@ -209,7 +209,7 @@ class LensTruthPass:
     def _room_meshes(
         self, world_from_rig: Pose, lenses: Sequence[Pose]
     ) -> tuple[FisheyeRasteriser, list[int]]:
-        """What never moves, on the device; a camera that stands still may have longer far edges."""
+        """Static meshes on the device; a camera that stands still may have longer far edges."""
         if self._camera_moves and self._rooms is not None:
             return self._rooms
         if self._rooms is not None:

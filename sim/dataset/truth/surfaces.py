@@ -54,7 +54,7 @@ def meshes_of_object(item: PhysicalObject) -> tuple[TexturedMesh, ...]:
 
 
 def meshes_of_room(room: PhysicalRoom) -> tuple[TexturedMesh, ...]:
-    """What never moves: the meshes, or the collision mesh of a scanned room."""
+    """Static meshes of a room, or the collision mesh of a scanned one."""
     if room.static or room.collision is None:
         return room.static
     vertices = room.collision.vertices.astype(np.float64)

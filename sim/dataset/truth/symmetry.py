@@ -22,7 +22,7 @@ ROUND = 0
 ROUND_TURNS = (1 / 17, 1 / 11, 1 / 7, 1 / 5)
 """Shares of a turn that only a round object survives: none is a multiple of a candidate's."""
 
-LEAST_TOLERANCE_M = 0.004
+MIN_TOLERANCE_M = 0.004
 """Distance within which surfaces are the same, at least: below what a picture of a room shows."""
 
 TOLERANCE_SHARE = 0.015
@@ -50,7 +50,7 @@ def yaw_symmetry(meshes: Sequence[TexturedMesh]) -> int:
     """
     points, colours = _spread(meshes)
     extent_m = float(np.ptp(points, axis=0).max())
-    within_m = max(LEAST_TOLERANCE_M, TOLERANCE_SHARE * extent_m) + _spacing(points)
+    within_m = max(MIN_TOLERANCE_M, TOLERANCE_SHARE * extent_m) + _spacing(points)
     tree: Any = KDTree(points)
 
     def is_alike(share: float) -> bool:

@@ -1,1 +1,1 @@
-"""What a person can do: one file a kind of action, and what several of them need."""
+"""Actions of people: one file a kind of action, and what several of them need."""

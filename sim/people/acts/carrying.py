@@ -116,9 +116,9 @@ def _put_down(
     hold, lift = _hold(person, object_id), np.array([0.0, 0.0, LIFT_M])
     is_on_floor = bool(goal[2] < ON_FLOOR_M)
     # What goes onto the floor goes there in front of the feet, not onto them.
-    place = person.beside(goal[:2], least_m=BEFORE_GOAL_M if is_on_floor else 0.0)
+    place = person.beside(goal[:2], min_m=BEFORE_GOAL_M if is_on_floor else 0.0)
     if from_above:
-        place = person.beside(goal[:2], least_m=BEFORE_GOAL_M, apart_m=APART_M)
+        place = person.beside(goal[:2], min_m=BEFORE_GOAL_M, apart_m=APART_M)
     over = goal + hold + lift
     if from_above or not person.floor().is_clear(person.body.position, place):
         yield from bring(person, hand, place=place, facing=bearing(place, goal[:2]))
@@ -138,7 +138,7 @@ def _put_down(
 
 
 def _hold(person: Person, object_id: str) -> Vector:
-    """Where the hand is above the origin of what it holds."""
+    """Place of the hand above the origin of the object it holds."""
     return np.array([0.0, 0.0, person.room.object_by_id(object_id).box_m[2] + GRASP_HEIGHT_M])
 
 

@@ -1,4 +1,4 @@
-"""Where hands touch an object to push it: which side, how high, how far apart."""
+"""Places at which hands push an object: side, height and distance apart."""
 
 from __future__ import annotations
 

@@ -88,7 +88,7 @@ def _between(person: Person, other: Person) -> Vector:
 
 
 def _giver(person: Person, object_id: str) -> tuple[Person, Hand] | None:
-    """Who holds an object out within reach, and with which hand."""
+    """Find the person who holds an object out within reach, and the hand."""
     for other in person.others.values():
         hand = other.held_hand(object_id)
         if hand is None:

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from scenes.pose import wrap_angle
-from sim.navigation.planar import direction, level, turned
+from sim.navigation.planar import direction, level, turn_vector
 from sim.people.acts.grip import Grip, side_extent, side_to_push
 from sim.people.acts.reaching import let_hang, wait_for_hands
 from sim.people.acts.walking import face, stand, walk_to
@@ -99,7 +99,7 @@ def turn(person: Person, action: Turn) -> Script:
     lever = 0.6 * grip.depth_m
     for hand, side in zip(person.body.hands, SIDES, strict=True):
         hand.wanted = level(
-            centre + turned(np.array([-side * sign * lever, side * (radius + gap)]), heading),
+            centre + turn_vector(np.array([-side * sign * lever, side * (radius + gap)]), heading),
             grip.height_m,
         )
     yield from wait_for_hands(person)
@@ -130,7 +130,7 @@ def _twist(
         pressed = radius + 0.04 - 0.055 * min(1.0, k * TICK_S / 0.15)
         for hand, side in zip(person.body.hands, SIDES, strict=True):
             local = np.array([-side * sign * lever, side * pressed])
-            hand.wanted = level(centre + turned(local, angle), height)
+            hand.wanted = level(centre + turn_vector(local, angle), height)
             hand.position = hand.wanted
         yield None
 
@@ -146,4 +146,4 @@ def _place_hands(
 ) -> None:
     for hand, side, further in zip(person.body.hands, SIDES, grip.further_m, strict=True):
         local = np.array([further - behind_m, side * grip.half_spread_m])
-        hand.wanted = level(centre + turned(local, heading), grip.height_m - press_m)
+        hand.wanted = level(centre + turn_vector(local, heading), grip.height_m - press_m)

@@ -1,4 +1,4 @@
-"""What several actions do with hands: reach for a point, and wait until hands are there."""
+"""Reach for a point with hands, and wait until they are there, as several actions do."""
 
 from __future__ import annotations
 

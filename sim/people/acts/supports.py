@@ -1,4 +1,4 @@
-"""What something can stand or be sat on at a place: the room's surfaces and other objects."""
+"""Supports at a place, to stand or sit on: the room's surfaces and other objects."""
 
 from __future__ import annotations
 

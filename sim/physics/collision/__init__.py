@@ -1,1 +1,1 @@
-"""What objects collide with: a room's boxes, or patches fitted to a scanned surface."""
+"""Static collision geometry: a room's boxes, or patches fitted to a scanned surface."""

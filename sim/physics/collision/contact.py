@@ -1,4 +1,4 @@
-"""Who collides with whom, and how hard a contact is."""
+"""Collision bits of all bodies, and the stiffness of contacts."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ OBJECT_BIT = 2
 HAND_BIT = 4
 TORSO_BIT = 8
 TRACKED_BIT = 16
-"""What is moved by a tracker: it pushes free objects and is stopped by nothing."""
+"""Bodies moved by a tracker: they push free objects and are stopped by nothing."""
 
 # MuJoCo takes the larger friction of two surfaces, so the room leaves the choice to the object.
 ROOM_FRICTION = (0.05, 0.001, 0.0001)

@@ -1,4 +1,4 @@
-"""What patches learn from those around them: how they are tilted, and how thick they are."""
+"""Tilt and thickness of patches, by those around them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from sim.physics.collision.patches import CELL_M, DEPTH_M, Patches
 _KDTree: Any = cast(Any, spatial).KDTree
 """SciPy has no types; its trees find neighbours."""
 
-LEAST_DEPTH_M = 0.006
+MIN_DEPTH_M = 0.006
 """Thickness of a sheet that was scanned from both sides."""
 SAME_SURFACE = 0.966
 """Cosine between the normals of neighbours of one surface: 15 degrees."""
@@ -54,8 +54,8 @@ def with_depths(patches: Patches, others: Patches) -> Patches:
         behind = -np.einsum("nk,nk->n", others.normal[theirs], to_other) / cosine[is_back]
         # A board's end in the middle of a panel is no back of the panel.
         is_end = others.area_m2[theirs] < END_SHARE * patches.area_m2[mine]
-        is_near = ~(is_end & (np.abs(behind) < LEAST_DEPTH_M))
-        is_near &= (behind > -LEAST_DEPTH_M) & (behind < DEPTH_M + BACK_GAP_M)
+        is_near = ~(is_end & (np.abs(behind) < MIN_DEPTH_M))
+        is_near &= (behind > -MIN_DEPTH_M) & (behind < DEPTH_M + BACK_GAP_M)
         mine, theirs = mine[is_near], theirs[is_near]
         to_other = others.centre[theirs] - patches.centre[mine]
         behind = behind[is_near]
@@ -65,12 +65,12 @@ def with_depths(patches: Patches, others: Patches) -> Patches:
             reach = np.abs(np.einsum("nk,nka->na", along, others.world_from_patch[theirs, :, :2]))
             half = patches.half_m[mine, axis] + np.sum(reach * others.half_m[theirs], axis=1)
             is_over &= np.abs(np.einsum("nk,nk->n", along, to_other)) < half - OVERLAP_M
-        thickness = np.clip(behind - BACK_GAP_M, LEAST_DEPTH_M, DEPTH_M)
+        thickness = np.clip(behind - BACK_GAP_M, MIN_DEPTH_M, DEPTH_M)
         np.minimum.at(depth, mine[is_over], thickness[is_over])
     return Patches(patches.centre, patches.world_from_patch, patches.half_m, depth, patches.cell)
 
 
-def smoothed(patches: Patches, others: Patches) -> Patches:
+def smooth(patches: Patches, others: Patches) -> Patches:
     """The patches, turned about their centres as the surface around them runs, seams covered.
 
     A patch of a few noisy triangles is tilted by some degrees; a table's top is not.

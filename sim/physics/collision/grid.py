@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-LEAST_PIECE_M2 = 1e-9
+MIN_PIECE_M2 = 1e-9
 """Area below which a piece of a triangle is left out, m²: far too little to fit a plane."""
 SNAP = 1e-7
 """Share of a cell within which a corner counts as lying on a plane of the grid."""
@@ -152,4 +152,4 @@ def _cut(triangles: Array, axis: int, at_m: Array) -> Array:
     pieces = np.concatenate(
         [np.stack([a, ab, ac], 1), np.stack([ab, b, c], 1), np.stack([ab, c, ac], 1)]
     )
-    return pieces[np.linalg.norm(area_vectors(pieces), axis=1) > LEAST_PIECE_M2]
+    return pieces[np.linalg.norm(area_vectors(pieces), axis=1) > MIN_PIECE_M2]

@@ -18,7 +18,7 @@ PARALLEL = 0.985
 """Cosine of the angle between a patch and the plane it belongs to: 10 degrees."""
 ON_PLANE_M = 0.025
 """How far from a plane a patch of it may lie: a headset's mesh bends by one or two centimetres."""
-LEAST_PLANE_M2 = 1.0
+MIN_PLANE_M2 = 1.0
 """Surface that makes a wall."""
 OUTSIDE_SHARE = 0.01
 """Share of all surface that may lie behind a wall: noise and shreds, no niche and no corridor."""
@@ -78,7 +78,7 @@ def _plane(patches: Patches, axis: Array) -> Plane:
     height = patches.centre @ axis
     facing = patches.normal @ axis > PARALLEL
     end_m = _quantile(height, area, OUTLIER_SHARE)
-    if area[facing].sum() > LEAST_PLANE_M2:
+    if area[facing].sum() > MIN_PLANE_M2:
         start_m = _quantile(height[facing], area[facing], 0.02)
         near = facing & (np.abs(height - start_m) < 2.0 * ON_PLANE_M)
         normal = _flattest(patches.centre[near], area[near], axis)
@@ -86,7 +86,7 @@ def _plane(patches: Patches, axis: Array) -> Plane:
         offset_m = _quantile(heights[near], area[near], 0.5)
         on_plane = near & (np.abs(heights - offset_m) < ON_PLANE_M)
         outside = float(area[heights < offset_m - 2.0 * ON_PLANE_M].sum())
-        if area[on_plane].sum() > LEAST_PLANE_M2 and outside < OUTSIDE_SHARE * area.sum():
+        if area[on_plane].sum() > MIN_PLANE_M2 and outside < OUTSIDE_SHARE * area.sum():
             offset_m = float(np.average(heights[on_plane], weights=area[on_plane]))
             return Plane(_tuple(normal), offset_m, is_surface=True)
     return Plane(_tuple(axis), end_m, is_surface=False)

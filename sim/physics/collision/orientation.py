@@ -25,7 +25,7 @@ SAME_M = 1e-5
 """Distance within which two corners are one."""
 
 
-def turned_to_free_side(triangles: Array) -> Array:
+def turn_to_free_side(triangles: Array) -> Array:
     """Triangles (T, 3, 3), counter-clockwise seen from the free side where that can be known.
 
     Neighbours across an edge look the same way, as most of their piece does; a mesh whose floor

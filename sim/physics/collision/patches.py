@@ -32,9 +32,9 @@ ROUGHNESS_M = 0.006
 headset's mesh has 4 mm of noise."""
 FILL = 0.7
 """Share of a patch's rectangle that the surface has to cover, or the cell is halved."""
-LEAST_FILL = 0.3
+MIN_FILL = 0.3
 """Share at the finest level below which a patch is a stray shred."""
-LEAST_AREA_M2 = 3e-4
+MIN_AREA_M2 = 3e-4
 """Smallest surface in a cell that becomes a patch: a third of the finest cell's side."""
 STRAY_SHARE = 0.25
 """Share of a cell's main surface below which pieces of another direction may be its noise."""
@@ -160,7 +160,7 @@ def _fit_level(
     centre = centre + np.einsum("gka,ga->gk", rotation[:, :, :2], middle)
     fill = flat_area / np.maximum(4.0 * half[:, 0] * half[:, 1], 1e-12)
     is_last = level == FINEST_LEVEL
-    is_good = (fill > LEAST_FILL) if is_last else (fill > FILL) & (rough < ROUGHNESS_M)
+    is_good = (fill > MIN_FILL) if is_last else (fill > FILL) & (rough < ROUGHNESS_M)
     return (centre, rotation, half), is_good, group
 
 
@@ -174,7 +174,7 @@ def _groups(pieces: Array, vectors: Array, cell_m: float) -> tuple[NDArray[np.in
     _, group = np.unique(6 * cell + side, return_inverse=True)
     size = np.linalg.norm(vectors, axis=1)
     area = np.asarray(np.bincount(group, weights=size), dtype=np.float64)
-    is_kept = area >= LEAST_AREA_M2
+    is_kept = area >= MIN_AREA_M2
     renumbered: NDArray[np.intp] = np.where(is_kept, np.cumsum(is_kept) - 1, -1)
     return renumbered[group], area[is_kept]
 

@@ -24,7 +24,7 @@ from sim.physics.collision.patches import Patches
 from sim.physics.collision.surface import Change, Surface
 from sim.physics.engine import Spec, mujoco
 
-LEAST_SPARES = 600
+MIN_SPARES = 600
 """Boxes kept for edits: a new surface of 0.5 m takes up to a hundred."""
 SPARE_SHARE = 0.1
 """And as a share of the patches."""
@@ -40,7 +40,7 @@ class OutOfSpares(RuntimeError):
 
 
 class StaticGeoms:
-    """What stands still, as geoms of a model.
+    """Static geometry as geoms of a model.
 
     Args:
         spec: the model that is built; they are added to it.
@@ -50,7 +50,7 @@ class StaticGeoms:
     def __init__(self, spec: Spec, surface: Surface) -> None:
         self._surface = surface
         patches = surface.patches
-        spares = max(LEAST_SPARES, round(SPARE_SHARE * len(patches)))
+        spares = max(MIN_SPARES, round(SPARE_SHARE * len(patches)))
         for index, plane in enumerate(surface.planes):
             _add_plane(spec, f"plane-{index}", plane)
         position, quaternion, size = _boxes(patches, np.zeros(len(patches)))
@@ -189,7 +189,7 @@ def _boxes(patches: Patches, lowered_m: Array) -> tuple[Array, Array, Array]:
 
 
 def _rows_of(slots: NDArray[np.int64], all_slots: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Where each of some slots stands among all of them."""
+    """Row of each of some slots among all of them."""
     order = np.argsort(all_slots)
     return order[np.searchsorted(all_slots, slots, sorter=order)]
 

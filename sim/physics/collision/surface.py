@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.mesh import CollisionMesh
-from sim.physics.collision.depths import smoothed, with_depths
+from sim.physics.collision.depths import smooth, with_depths
 from sim.physics.collision.grid import Array, Grid, cells_of, centres, cut_at_grid, grid_along_walls
 from sim.physics.collision.limits import Plane, off_planes, planes_of
 from sim.physics.collision.patches import CELL_M, Patches, fit_patches, joined
@@ -23,7 +23,7 @@ REACH_CELLS = 1
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Surface:
-    """What stands still, ready for physics.
+    """Static surface, ready for physics.
 
     Attributes:
         grid: the cells that patches are fitted in.
@@ -80,7 +80,7 @@ def surface_of(triangles: Array) -> Surface:
         raise ValueError(f"surface: {len(triangles)} triangles, but none covers 3 cm²")
     planes = planes_of(patches, grid)
     patches = patches.chosen(off_planes(patches, planes))
-    patches = smoothed(patches, patches)
+    patches = smooth(patches, patches)
     return Surface(grid, _by_cell(pieces, grid), with_depths(patches, patches), planes)
 
 
@@ -130,7 +130,7 @@ def _rethought(
         return ((patches.cell >= low - reach) & (patches.cell <= high + reach)).all(axis=1)
 
     around = kept.chosen(within(kept, 2 * REACH_CELLS))
-    both = joined(kept, smoothed(fresh, joined(around, fresh)))
+    both = joined(kept, smooth(fresh, joined(around, fresh)))
     near = np.flatnonzero(within(both, REACH_CELLS))
     depth = both.depth_m.copy()
     depth[near] = with_depths(both.chosen(near), both.chosen(within(both, 2 * REACH_CELLS))).depth_m

@@ -1,1 +1,1 @@
-"""What moves in a model: objects, virtual solids, people, what a tracker moves."""
+"""Moving bodies of a model: objects, virtual solids, people, and those a tracker moves."""

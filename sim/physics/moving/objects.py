@@ -23,7 +23,7 @@ LOW_MASS_SHARE = 0.5
 chairs are heavier than their thin backs, which boxes of one density overstate."""
 
 TOUCHED_BY_OBJECTS = STATIC_BIT | OBJECT_BIT | HAND_BIT | TORSO_BIT | TRACKED_BIT
-"""What a free object collides with: everything."""
+"""Collision bits of a free object: it collides with everything."""
 
 DAMPING_PER_KG = 0.4
 """Resistance to motion in the air and in joints that squeak, per kg: N·s/m of the speed, and as

@@ -31,7 +31,7 @@ TORSO_HIGH_M = 1.45
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HandTarget:
-    """Where a person wants a hand to be.
+    """Target of a hand.
 
     Attributes:
         position: (3,) world metres.
@@ -48,7 +48,7 @@ class HandTarget:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PersonTarget:
-    """Where a person is and wants the hands to be.
+    """Place of a person, and the targets of the hands.
 
     Attributes:
         position: (2,) of the feet on the floor, world metres.
@@ -83,7 +83,7 @@ class People:
 
     @property
     def targets(self) -> Mapping[str, PersonTarget]:
-        """What everybody wants now, by person id."""
+        """Targets of all people, by person id."""
         return self._targets
 
     def add_to(self, spec: Spec, object_ids: Sequence[str]) -> None:

@@ -11,7 +11,7 @@ from sim.physics.collision.contact import CONTACT_TIME_S, OBJECT_BIT, ROOM_FRICT
 from sim.physics.engine import Spec, mujoco
 from sim.physics.moving.objects import TOUCHED_BY_OBJECTS
 
-LEAST_SIZE_M = 0.01
+MIN_SIZE_M = 0.01
 """Smallest side: what is smaller passes a contact within a few steps."""
 
 ROLLING_M = 0.001
@@ -19,7 +19,7 @@ ROLLING_M = 0.001
 
 
 class Shape(Enum):
-    """What a primitive is."""
+    """Kind of a primitive."""
 
     BOX = "box"
     SPHERE = "sphere"
@@ -53,8 +53,8 @@ class Primitive:
 
     def __post_init__(self) -> None:
         x, y, z = self.size_m
-        if not all(math.isfinite(side) and side >= LEAST_SIZE_M for side in self.size_m):
-            raise ValueError(f"{self.object_id}: sides {self.size_m} m, limit {LEAST_SIZE_M} m")
+        if not all(math.isfinite(side) and side >= MIN_SIZE_M for side in self.size_m):
+            raise ValueError(f"{self.object_id}: sides {self.size_m} m, limit {MIN_SIZE_M} m")
         if self.shape is not Shape.BOX and not math.isclose(x, y):
             raise ValueError(f"{self.object_id}: a {self.shape.value} of {x} by {y} m is not round")
         if self.shape is Shape.SPHERE and not math.isclose(x, z):

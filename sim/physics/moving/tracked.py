@@ -16,9 +16,9 @@ from sim.physics.collision.grid import Array
 from sim.physics.engine import mujoco
 
 FASTEST_M_PER_S = 4.0
-"""What a tracker says moves faster was found again elsewhere, not carried there."""
+"""Speed above which a tracked object was found again elsewhere, not carried there."""
 FASTEST_RAD_PER_S = 4.0 * math.pi
-LEAST_S = 1e-9
+MIN_S = 1e-9
 """Time below which a motion is over; rounding leaves as much."""
 CLEAR_M = 0.002
 """Distance from free objects at which something found again becomes solid."""
@@ -26,7 +26,7 @@ CLEAR_M = 0.002
 
 @dataclass(slots=True)
 class _Motion:
-    """Where one is going: metres and radians per second, for a time that is left."""
+    """Velocity of a body, metres and radians per second, for a time that is left."""
 
     linear: Array
     angular: Array
@@ -109,7 +109,7 @@ class TrackedBodies:
             spin = _in_body(motion.angular, data.mocap_quat[mocap])
             mujoco.mju_quatIntegrate(data.mocap_quat[mocap], spin, share_s)
             motion.left_s = max(0.0, motion.left_s - share_s)
-            if motion.left_s < LEAST_S:
+            if motion.left_s < MIN_S:
                 motion.left_s = 0.0
             self._set_surface(name, model, data)
 

@@ -1,4 +1,4 @@
-"""What is added to the physics of a room and exists nowhere else: primitives and objects."""
+"""Bodies that exist in the physics of a room alone: primitives and objects."""
 
 from __future__ import annotations
 

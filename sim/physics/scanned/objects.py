@@ -1,7 +1,8 @@
 """Objects that only the scan knows, in the simulated room: solid where the cut found them solid.
 
 The physical room's own objects keep their meshes, masses and friction. What was added to the scan
-of it has none of these: it collides by its parts and weighs what was guessed from its size.
+of it has none of these: it collides by its parts and weighs what was guessed from its size. Where
+the scan missed its legs, it gets feet, so that what stood in the room can stand.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from scenes.samples.atlas import mesh_from_surfaces
 from scenes.samples.shapes import OBJECT_CELL_M, box, placed
 from scenes.samples.textures import plain
 from scenes.state import ObjectModel
-from sim.physics.scanned.feet import with_feet
+from sim.bodies import UNIT_BOX_CORNERS
 
 FRICTION = 0.45
 """Of wood, felt and plastic on a floor; no picture shows it."""
@@ -68,7 +69,7 @@ def scanned_object(item: ObjectModel) -> PhysicalObject:
 
 
 def missing(item: ObjectModel) -> str:
-    """What the simulation had to do without, as a sentence for people."""
+    """Sentence for people about what the simulation had to do without."""
     solid = f"its {len(item.parts)} solid parts" if item.parts else "the box around it"
     mass = "" if item.guessed_mass_kg else "; its mass is guessed from that box"
     return (
@@ -98,3 +99,43 @@ def _mesh(parts: tuple[BoxPart, ...]) -> TexturedMesh:
         )
     ]
     return mesh_from_surfaces(surfaces, width_px=1024)
+
+
+GROUND_M = 0.003
+"""Height below which a part reaches the ground: what the cut's cells round to."""
+OUT_SHARE = 0.7
+"""Share of half the box at which a corner has to be carried: legs stand a little inwards."""
+FOOT_SHARE = 0.12
+"""Side of a foot as a share of the box's shorter side."""
+TALLEST_SHARE = 0.5
+"""Height of a foot as a share of the box's: a foot that stands alone carries as well."""
+
+
+def with_feet(parts: Sequence[BoxPart], box_m: tuple[float, float, float]) -> tuple[BoxPart, ...]:
+    """The parts, and a foot in each corner in which none of them reaches the ground.
+
+    Args:
+        parts: solid boxes in the object's frame, whose ground is z = 0.
+        box_m: extents of the object, metres.
+    """
+    bounds = [
+        part.object_from_box @ (UNIT_BOX_CORNERS * np.asarray(part.half_size_m)) for part in parts
+    ]
+    low = np.array([corners.min(axis=0) for corners in bounds])
+    high = np.array([corners.max(axis=0) for corners in bounds])
+    feet: list[BoxPart] = []
+    out = OUT_SHARE * 0.5 * np.asarray(box_m[:2])
+    side = FOOT_SHARE * min(box_m[:2])
+    for sign in ((-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)):
+        signs = np.array(sign)
+        reach = np.where(signs > 0.0, high[:, :2], -low[:, :2])
+        is_carried = (reach >= out).all(axis=1) & (low[:, 2] < GROUND_M)
+        if is_carried.any():
+            continue
+        there = (reach > 0.0).all(axis=1)
+        above = float(low[there, 2].min()) if there.any() else 0.0
+        height = float(np.clip(above, 2.0 * GROUND_M, TALLEST_SHARE * box_m[2]))
+        x, y = signs * (out + 0.5 * side)
+        half = (0.5 * side, 0.5 * side, 0.5 * height)
+        feet.append(BoxPart(Pose.from_yaw(0.0, (x, y, 0.5 * height)), half))
+    return (*parts, *feet)

@@ -13,7 +13,7 @@ from scenes.mesh import CollisionMesh, PhysicalObject
 from scenes.pose import Pose
 from sim.physics.collision.grid import Array, area_vectors, cut_at_grid
 from sim.physics.collision.limits import Plane
-from sim.physics.collision.orientation import piece_areas_m2, turned_to_free_side
+from sim.physics.collision.orientation import piece_areas_m2, turn_to_free_side
 from sim.physics.collision.overlap import depths_in_patches
 from sim.physics.collision.patches import Patches, joined
 from sim.physics.collision.surface import Surface, surface_of, triangles_of
@@ -25,9 +25,9 @@ LARGEST_M = 200.0
 LOWEST_M = -0.5
 """Height of a mesh's lowest corner down to which z = 0 is taken to be its floor."""
 OBJECT_MARGIN_M = 0.02
-"""What of a scan lies so near to a movable object is the object, not the room."""
+"""Distance from a movable object within which a scan shows the object, not the room."""
 SHELL_MARGIN_M = 0.06
-"""And so near, if it looks away from the object: a mesh is fused in cells of 3 to 5 cm."""
+"""The same distance where it looks away from the object: a mesh is fused in cells of 3 to 5 cm."""
 SHRED_M2 = 0.1
 """Surface of a piece below which it is a shred: no wall, and what is left of an object."""
 SUPPORT_M = 0.01
@@ -38,7 +38,7 @@ LEVEL = 0.7
 """Cosine to up above which a surface can carry: 45 degrees."""
 TOLERATED_M = 0.0005
 """Overlap with an object at the start that physics may resolve at once."""
-LEAST_DEPTH_M = 0.006
+MIN_DEPTH_M = 0.006
 """Thickness below which nothing is left of a patch that is made thinner."""
 RIPPLE_M = 0.05
 """Height above the floor up to which a steep patch is a ripple of it, on which legs would catch."""
@@ -52,7 +52,7 @@ ON_OBJECT_M = 0.04
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ScannedSurface:
-    """What stands still around objects that stand in it.
+    """Static surface around the objects that stand in it.
 
     Attributes:
         surface: none of its patches reaches into an object.
@@ -80,7 +80,7 @@ def scanned_surface(
             begin near z = 0.
     """
     _check(mesh, name)
-    triangles = turned_to_free_side(triangles_of(mesh))
+    triangles = turn_to_free_side(triangles_of(mesh))
     surface = surface_of(without_objects(triangles, movables))
     surface, notes = _with_floor(surface, mesh, name)
     surface = replace(surface, patches=_without_ripples(surface.patches, surface.planes))
@@ -228,7 +228,7 @@ def _thinned(patches: Patches, movables: Sequence[PhysicalObject]) -> Patches:
     centre[near] -= patches.normal[near] * lowered[:, None]
     depth_m[near] -= thinner
     stays = np.ones(len(patches), dtype=np.bool_)
-    stays[near] = (thinner == 0.0) | (depth_m[near] >= LEAST_DEPTH_M)
+    stays[near] = (thinner == 0.0) | (depth_m[near] >= MIN_DEPTH_M)
     cut = Patches(centre, patches.world_from_patch, patches.half_m, depth_m, patches.cell)
     return cut.chosen(stays)
 

@@ -95,12 +95,12 @@ class Twin:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What had to be assumed or changed at the start, a sentence each."""
+        """Assumptions and changes at the start, a sentence each."""
         return self._notes
 
     @property
     def surface(self) -> Surface:
-        """What stands still, as it is now."""
+        """Static surface, with all edits so far."""
         return self._static.surface
 
     @property

@@ -20,7 +20,8 @@ from scenes.mesh import PhysicalRoom
 from sim.faults.fault import Fault, WayFault
 from sim.faults.freeze import Freeze
 from sim.faults.settings import Faults
-from sim.rehearsal import Scanned, SimulatedStep, simulate
+from sim.reality.room import Scanned
+from sim.rehearsal import SimulatedStep, simulate
 from sim.scenarios.scenario import Scenario
 from sim.wire.film.film import FilmFormat, PictureTruth
 from sim.wire.film.film_file import FilmWriter
@@ -227,7 +228,7 @@ class _Backward:
         self._encode()
 
     def units(self) -> Iterator[tuple[int, bytes, bool]]:
-        """Which picture each unit shows, its bytes, and whether it is a keyframe."""
+        """Number of each unit's picture, its bytes, and whether it is a keyframe."""
         for group in reversed(self._groups):
             yield from group
 

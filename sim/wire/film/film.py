@@ -14,7 +14,7 @@ from scenes.pose import Pose
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PictureTruth:
-    """What was where when a picture was taken.
+    """Poses at the time a picture was taken.
 
     Attributes:
         t_ns: when, on the script's or the recording's clock.
@@ -166,5 +166,5 @@ class Film:
         return number
 
     def truth_of(self, shows: int) -> PictureTruth | None:
-        """What was where in a picture; None where the film knows nothing."""
+        """Truth of a picture; None where the film knows nothing."""
         return self.truth[shows] if shows < len(self.truth) else None

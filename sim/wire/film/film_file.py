@@ -71,7 +71,7 @@ class FilmWriter:
         self._truth.append(truth)
 
     def add_events(self, events: Sequence[Event]) -> None:
-        """What has happened."""
+        """Append events."""
         self._events += events
 
     def close(self) -> None:
@@ -118,7 +118,7 @@ def film_digest(values: Mapping[str, object]) -> str:
 
 
 def cached_film(
-    cache: Path, digest: str, fill: Callable[[Path], None], *, most_bytes: int = CACHE_BYTES
+    cache: Path, digest: str, fill: Callable[[Path], None], *, max_bytes: int = CACHE_BYTES
 ) -> tuple[Film, bool]:
     """The film of a digest, from the cache or made now, and whether it was there.
 
@@ -126,7 +126,7 @@ def cached_film(
         cache: folder of films; made if there is none.
         digest: from `film_digest`.
         fill: writes a film into the folder it is given; whatever it raises leaves nothing behind.
-        most_bytes: of all films; the ones that were used longest ago are removed.
+        max_bytes: of all films; the ones that were used longest ago are removed.
 
     Raises:
         OSError: the folder cannot be written.
@@ -148,7 +148,7 @@ def cached_film(
         _moved_into_place(part, path)
     finally:
         shutil.rmtree(part, ignore_errors=True)
-    _make_room(cache, path, most_bytes)
+    _make_room(cache, path, max_bytes)
     return read_film(path), False
 
 
@@ -241,12 +241,12 @@ def _moved_into_place(part: Path, path: Path) -> None:
             raise
 
 
-def _make_room(cache: Path, kept: Path, most_bytes: int) -> None:
+def _make_room(cache: Path, kept: Path, max_bytes: int) -> None:
     """Remove the films that were used longest ago until the rest fits."""
     films = [folder for folder in cache.iterdir() if folder.is_dir() and not folder.suffix]
     films.sort(key=lambda folder: folder.stat().st_mtime, reverse=True)
     held = 0
     for folder in films:
         held += sum(file.stat().st_size for file in folder.iterdir())
-        if held > most_bytes and folder != kept:
+        if held > max_bytes and folder != kept:
             shutil.rmtree(folder, ignore_errors=True)

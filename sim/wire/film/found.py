@@ -31,7 +31,7 @@ RECORDING_SUFFIX = ".mcap"
 """How recordings are named."""
 
 UNKNOWN_LAYOUT = "unknown"
-"""What is said of a video's layout: whoever receives it has to find it out."""
+"""Layout of a video, unknown: its receiver has to find it out."""
 
 BITRATE = 24_000_000
 """Bits per second where a video is encoded again; as of a drawn film."""

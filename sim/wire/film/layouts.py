@@ -92,7 +92,7 @@ def _remapped(image: Picture, xy: NDArray[np.float32]) -> Picture:
 def _maps(
     lens: Fisheye, side: int
 ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.bool_]]:
-    """Where the pixels (S, 2S) of the sphere lie in either lens, and which columns the back sees.
+    """Places of the sphere's pixels (S, 2S) in either lens, and the columns that the back sees.
 
     Taken at infinity: what is near is cut at the seam, as apps cut it.
     """

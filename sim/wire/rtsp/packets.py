@@ -13,7 +13,7 @@ CLOCK_HZ = 90_000
 PAYLOAD_TYPE = 96
 """Number of the payload's format; the first of those that are given away freely."""
 
-MOST_BYTES = 1400
+MAX_BYTES = 1400
 """Largest packet without IP and UDP headers: what fits Ethernet's 1500 with a tunnel around it."""
 
 HEADER_BYTES = 12
@@ -67,7 +67,7 @@ class Packetiser:
         return self._first_tick + t_ns * CLOCK_HZ // 1_000_000_000 & 0xFFFFFFFF
 
     def report(self, t_ns: int, wall_ns: int) -> bytes:
-        """What the sender says of the stream: which of its times was when, and how much was sent.
+        """Report on the stream: the clock time of one of its times, and how much was sent.
 
         Args:
             t_ns: a time of the stream.
@@ -106,7 +106,7 @@ def parameter_sets(annex_b: bytes) -> tuple[bytes, bytes]:
 
 
 def session_description(keyframe: bytes, *, fps: float, host: str) -> str:
-    """What a player has to know before it asks for packets (SDP, RFC 4566 and RFC 6184).
+    """Describe the stream to a player before it asks for packets (SDP, RFC 4566 and RFC 6184).
 
     Args:
         keyframe: one of the stream, for its parameter sets.
@@ -136,15 +136,15 @@ def session_description(keyframe: bytes, *, fps: float, host: str) -> str:
 
 def _payloads(units: Sequence[bytes]) -> Iterator[bytes]:
     """Small units that follow one another in one packet, large ones in several."""
-    most = MOST_BYTES - HEADER_BYTES
+    max_bytes = MAX_BYTES - HEADER_BYTES
     together: list[bytes] = []
     for unit in units:
-        if len(unit) > most:
+        if len(unit) > max_bytes:
             yield from _aggregated(together)
             together = []
-            yield from _parts(unit, most)
+            yield from _parts(unit, max_bytes)
             continue
-        if 1 + sum(2 + len(each) for each in (*together, unit)) > most:
+        if 1 + sum(2 + len(each) for each in (*together, unit)) > max_bytes:
             yield from _aggregated(together)
             together = []
         together.append(unit)
@@ -161,9 +161,9 @@ def _aggregated(units: Sequence[bytes]) -> Iterator[bytes]:
         )
 
 
-def _parts(unit: bytes, most: int) -> Iterator[bytes]:
+def _parts(unit: bytes, max_bytes: int) -> Iterator[bytes]:
     indicator, kind = unit[0] & 0xE0 | FU_A, unit[0] & 31
-    size = most - 2
+    size = max_bytes - 2
     for at in range(1, len(unit), size):
         begins, ends = at == 1, at + size >= len(unit)
         header = kind | (0x80 if begins else 0) | (0x40 if ends else 0)

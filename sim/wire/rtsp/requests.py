@@ -7,13 +7,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
-MOST_HEADER_BYTES = 8192
+MAX_HEADER_BYTES = 8192
 """Limit of a request's line and headers; those of players are about 300 bytes."""
 
-MOST_HEADERS = 64
+MAX_HEADERS = 64
 """Limit of a request's headers; players send up to ten."""
 
-MOST_BODY_BYTES = 16384
+MAX_BODY_BYTES = 16384
 """Limit of a request's body; players send none, or a few names of parameters."""
 
 MARK = 0x24
@@ -86,7 +86,7 @@ class RequestReader:
         return len(self._held)
 
     def feed(self, data: bytes) -> list[Request | Interleaved]:
-        """What is whole by now.
+        """Return all requests that are whole.
 
         Raises:
             RtspError: it is no RTSP, or longer than allowed.
@@ -106,11 +106,11 @@ class RequestReader:
             return self._interleaved()
         end, after = _header_end(self._held)
         if end < 0:
-            if len(self._held) > MOST_HEADER_BYTES:
-                raise RtspError(f"RTSP: no end of headers within {MOST_HEADER_BYTES} bytes")
+            if len(self._held) > MAX_HEADER_BYTES:
+                raise RtspError(f"RTSP: no end of headers within {MAX_HEADER_BYTES} bytes")
             return None
-        if end > MOST_HEADER_BYTES:
-            raise RtspError(f"RTSP: {end} bytes of headers, at most {MOST_HEADER_BYTES}")
+        if end > MAX_HEADER_BYTES:
+            raise RtspError(f"RTSP: {end} bytes of headers, at most {MAX_HEADER_BYTES}")
         request = _request(bytes(self._held[:end]).decode("latin-1"))
         size = _body_size(request)
         if len(self._held) < after + size:
@@ -152,8 +152,8 @@ def reply(
 
 
 def _header_end(held: bytearray) -> tuple[int, int]:
-    """Where the headers end and what follows them begins; -1 if they do not yet."""
-    found = re.search(rb"\r?\n\r?\n", bytes(held[: MOST_HEADER_BYTES + 4]))
+    """Index at which the headers end and the body begins; -1 if they do not end yet."""
+    found = re.search(rb"\r?\n\r?\n", bytes(held[: MAX_HEADER_BYTES + 4]))
     return (-1, -1) if found is None else (found.start(), found.end())
 
 
@@ -162,8 +162,8 @@ def _request(text: str) -> Request:
     line = _LINE.fullmatch(first)
     if line is None:
         raise RtspError(f"RTSP: {first[:60]!r} is no request")
-    if len(rest) > MOST_HEADERS:
-        raise RtspError(f"RTSP: {len(rest)} headers, at most {MOST_HEADERS}")
+    if len(rest) > MAX_HEADERS:
+        raise RtspError(f"RTSP: {len(rest)} headers, at most {MAX_HEADERS}")
     headers: dict[str, str] = {}
     for each in rest:
         header = _HEADER.fullmatch(each)
@@ -178,6 +178,6 @@ def _request(text: str) -> Request:
 
 def _body_size(request: Request) -> int:
     text = request.headers.get("content-length", "0")
-    if not re.fullmatch(r"[0-9]{1,9}", text) or int(text) > MOST_BODY_BYTES:
-        raise RtspError(f"RTSP: Content-Length {text[:20]!r}, wanted at most {MOST_BODY_BYTES}")
+    if not re.fullmatch(r"[0-9]{1,9}", text) or int(text) > MAX_BODY_BYTES:
+        raise RtspError(f"RTSP: Content-Length {text[:20]!r}, wanted at most {MAX_BODY_BYTES}")
     return int(text)

@@ -9,7 +9,7 @@ from contextlib import suppress
 from random import Random
 from typing import Protocol
 
-from sim.wire.rtsp.packets import MOST_BYTES, Packetiser
+from sim.wire.rtsp.packets import MAX_BYTES, Packetiser
 from sim.wire.rtsp.transport import OverTcp, OverUdp
 
 REPORT_NS = 5_000_000_000
@@ -52,7 +52,7 @@ class Sender(Protocol):
 
 
 class _Numbered:
-    """What both have: the numbers, and when to report."""
+    """Packet numbers and report times, which both senders have."""
 
     def __init__(self) -> None:
         self._packetiser = Packetiser(0, 0, 0)
@@ -159,7 +159,7 @@ class UdpSender(_Numbered):
 
     def send_garbage(self, data: bytes) -> None:
         """See `Sender.send_garbage`."""
-        self._to(self._rtp, data[:MOST_BYTES], self._transport.rtp)
+        self._to(self._rtp, data[:MAX_BYTES], self._transport.rtp)
 
     def report(self, t_ns: int, wall_ns: int) -> None:
         """See `Sender.report`."""

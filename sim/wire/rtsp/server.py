@@ -28,10 +28,10 @@ from sim.wire.rtsp.requests import (
 from sim.wire.rtsp.senders import Sender, TcpSender, UdpSender
 from sim.wire.rtsp.transport import OverTcp, read_transport
 
-MOST_CLIENTS = 8
+MAX_CLIENTS = 8
 """Players at a time; further ones are sent away."""
 
-MOST_ABANDONED = 8
+MAX_ABANDONED = 8
 """Connections that are kept open after the camera vanished from them; the oldest is closed."""
 
 WAIT_S = 0.1
@@ -40,7 +40,7 @@ WAIT_S = 0.1
 IDLE_S = 10.0
 """How long a client that is sent nothing may say nothing, seconds."""
 
-MOST_LOOKS = 600
+MAX_LOOKS = 600
 """How often a client is listened to before it is sent packets: a minute of silence in steps of
 `WAIT_S`, or as many pieces. Players take ten; one that sends a byte at a time is sent away."""
 
@@ -52,7 +52,7 @@ SEND_S = 5.0
 """How long a player may take nothing before the camera hangs up."""
 
 METHODS = "OPTIONS, DESCRIBE, SETUP, PLAY, TEARDOWN, GET_PARAMETER"
-"""What can be asked."""
+"""Methods that can be asked for."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +73,7 @@ class StreamUnit:
 
 
 class Viewing(Protocol):
-    """What one player is sent."""
+    """The packets for one player."""
 
     def take(self, timeout_s: float) -> StreamUnit | None:
         """The next unit; None if there is none in time. The first one is a keyframe."""
@@ -90,7 +90,7 @@ class Viewing(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class RtspFaults:
-    """What is wrong with the camera; may be exchanged while it runs.
+    """Faults of the camera; may be exchanged while it runs.
 
     Attributes:
         silent: nothing is sent or read, but connections stay.
@@ -103,7 +103,7 @@ class RtspFaults:
 
 @dataclass(frozen=True, slots=True)
 class RtspStream:
-    """What is served.
+    """The stream that is served.
 
     Attributes:
         path: of its URL, without the first slash.
@@ -154,7 +154,7 @@ class RtspServer:
 
     @property
     def address(self) -> tuple[str, int]:
-        """Where it listens."""
+        """Address at which it listens."""
         return self._port.address
 
     def close(self) -> None:
@@ -174,7 +174,7 @@ class RtspServer:
                 client.vanish()
                 self._abandoned.append(client)
             self._clients.clear()
-            old = [self._abandoned.popleft() for _ in range(len(self._abandoned) - MOST_ABANDONED)]
+            old = [self._abandoned.popleft() for _ in range(len(self._abandoned) - MAX_ABANDONED)]
         for client in old:
             client.close()
 
@@ -182,7 +182,7 @@ class RtspServer:
         self.connections += 1
         with self._lock:
             self._clients = [client for client in self._clients if client.is_alive]
-            if len(self._clients) < MOST_CLIENTS:
+            if len(self._clients) < MAX_CLIENTS:
                 random = Random(self._random.getrandbits(64))
                 self._clients.append(_Client(self, connection, random))
                 return
@@ -232,7 +232,7 @@ class _Client:
         try:
             while not self._reader.is_cancelled:
                 looks += self._player is None
-                if looks > MOST_LOOKS:
+                if looks > MAX_LOOKS:
                     return
                 if silent_s >= (IDLE_S if self._player is None else SESSION_S):
                     return

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
-MOST_OFFERS = 16
+MAX_OFFERS = 16
 """Transports that are looked at in one header; players offer one or two."""
 
 
@@ -50,7 +50,7 @@ def read_transport(text: str) -> OverTcp | OverUdp | None:
 
     A destination that is asked for is ignored: packets go to whoever asks.
     """
-    for offer in text.split(",")[:MOST_OFFERS]:
+    for offer in text.split(",")[:MAX_OFFERS]:
         words = [word.strip() for word in offer.split(";")]
         if "multicast" in words:
             continue
@@ -64,12 +64,12 @@ def read_transport(text: str) -> OverTcp | OverUdp | None:
     return None
 
 
-def _pair(words: list[str], name: str, most: int) -> tuple[int, int] | None:
+def _pair(words: list[str], name: str, max_number: int) -> tuple[int, int] | None:
     """Two numbers such as "client_port=5000-5001"; the second follows the first if left out."""
     for word in words:
         found = re.fullmatch(rf"{name}=([0-9]{{1,5}})(?:-([0-9]{{1,5}}))?", word)
         if found is not None:
             first = int(found[1])
             second = first + 1 if found[2] is None else int(found[2])
-            return (first, second) if first != second and max(first, second) <= most else None
+            return (first, second) if first != second and max(first, second) <= max_number else None
     return None

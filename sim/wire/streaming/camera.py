@@ -8,12 +8,12 @@ from random import Random
 
 from devices.clock import Clock
 from scenes.workers.task import Task
-from sim.wire.faults.schedule import FaultSchedule, WireFault
-from sim.wire.faults.units import OutgoingUnit, UnitFaults, stills_of
+from sim.wire.faults import FaultSchedule, WireFault
 from sim.wire.film.film import Film
 from sim.wire.streaming.events import CameraEvent, Say
 from sim.wire.streaming.output import Output, OutputSetting
 from sim.wire.streaming.truth_file import PictureTime, TruthWriter
+from sim.wire.unit_faults import OutgoingUnit, UnitFaults, stills_of
 
 NANOSECONDS = 1_000_000_000
 
@@ -24,7 +24,7 @@ slept, or was busy with something else."""
 
 @dataclass(frozen=True, slots=True)
 class CameraPlan:
-    """What a camera plays.
+    """Film and faults that a camera plays.
 
     Attributes:
         film: the pictures.
@@ -75,7 +75,7 @@ class FilmCamera:
         return -1 if self._start_ns is None else self._clock.now_ns() - self._start_ns
 
     def setting(self) -> OutputSetting:
-        """What an output of this camera is made with."""
+        """Setting with which an output of this camera is made."""
         return OutputSetting(
             now=self.now_ns,
             state=self._plan.schedule.at,
@@ -90,7 +90,7 @@ class FilmCamera:
 
     @property
     def outputs(self) -> tuple[Output, ...]:
-        """Where it sends to."""
+        """Outputs that it sends to."""
         return tuple(self._outputs)
 
     @property

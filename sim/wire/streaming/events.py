@@ -1,4 +1,4 @@
-"""What a simulated camera reports while it streams."""
+"""Events that a simulated camera reports while it streams."""
 
 from __future__ import annotations
 

@@ -10,21 +10,21 @@ from devices.clock import Clock
 from devices.insta360.commands import CameraInfo
 from devices.messages import EncodedFrame
 from scenes.workers.task import Task
-from sim.wire.faults.schedule import WireState
-from sim.wire.faults.units import OutgoingUnit
+from sim.wire.faults import WireState
 from sim.wire.osc_camera import OscCamera
 from sim.wire.osc_server import OscFaults, OscServer
 from sim.wire.preview_server import PreviewFaults, PreviewServer
 from sim.wire.streaming.outbox import Outbox
 from sim.wire.streaming.output import LOOK_S, OutputSetting
+from sim.wire.unit_faults import OutgoingUnit
 
 INFO = CameraInfo("IXSESIM001", "Insta360 X4", "v1.4.6", 0.8)
-"""What the simulated camera says of itself."""
+"""Identity, firmware and charge that the simulated camera reports."""
 
 
 @dataclass(frozen=True, slots=True)
 class Insta360Ports:
-    """Where it listens; 0 for any free port.
+    """Ports at which it listens; 0 for any free one.
 
     Attributes:
         host: address.
@@ -116,7 +116,7 @@ class Insta360Output:
         return OscServer(camera, host=self._ports.host, port=self._ports.osc)
 
     def _feed(self) -> Iterator[EncodedFrame]:
-        """What one preview is sent, from a keyframe on."""
+        """Yield the units for one preview, from a keyframe on."""
         outbox = self._outbox = Outbox()
         outbox.open()
         # Another preview has an outbox of its own: two never share a stream.

@@ -1,4 +1,4 @@
-"""What waits to be sent on one connection: bounded, in order, never before its time."""
+"""Queue of units to send on one connection: bounded, in order, never before their time."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ import threading
 from collections import deque
 from collections.abc import Callable
 
-from sim.wire.faults.units import OutgoingUnit
+from sim.wire.unit_faults import OutgoingUnit
 
-MOST_UNITS = 600
+MAX_UNITS = 600
 """Units that wait at most: the longest delay and jitter together, 7 s, at 60 pictures a second and
 some more. When they are too many, all are dropped and the next keyframe goes on, as cameras do."""
 
-MOST_BYTES = 128 << 20
+MAX_BYTES = 128 << 20
 """Bytes that wait at most: 7 s at 150 Mbit a second."""
 
 OVERDUE_NS = 2_000_000_000
@@ -77,8 +77,8 @@ class Outbox:
         if not self._units:
             return False
         return (
-            len(self._units) >= MOST_UNITS
-            or self._bytes + len(unit.data) > MOST_BYTES
+            len(self._units) >= MAX_UNITS
+            or self._bytes + len(unit.data) > MAX_BYTES
             or unit.taken_ns - self._units[0].send_ns > OVERDUE_NS
         )
 

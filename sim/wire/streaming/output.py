@@ -1,4 +1,4 @@
-"""What every protocol's end of a simulated camera is given and can do."""
+"""Interface of every protocol's end of a simulated camera."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from random import Random
 from typing import Protocol
 
-from sim.wire.faults.schedule import WireState
-from sim.wire.faults.units import OutgoingUnit
+from sim.wire.faults import WireState
 from sim.wire.streaming.events import CameraEvent, Say
+from sim.wire.unit_faults import OutgoingUnit
 
 LOOK_S = 0.02
 """How often a thread looks whether a fault has begun or ended, seconds: a picture's time at 50 a
@@ -21,7 +21,7 @@ Sent = Callable[[OutgoingUnit, str], None]
 
 @dataclass(frozen=True, slots=True)
 class OutputSetting:
-    """What an output is given by its camera.
+    """Setting that a camera gives its outputs.
 
     Attributes:
         now: nanoseconds from the stream's beginning.
@@ -38,7 +38,7 @@ class OutputSetting:
     random: Random
 
     def current(self) -> WireState:
-        """What is wrong now."""
+        """State of the wire at this moment."""
         return self.state(self.now())
 
     def report(self, name: str, **values: str | int | float) -> None:
@@ -56,7 +56,7 @@ class Output(Protocol):
 
     @property
     def url(self) -> str:
-        """Where it streams to, or where to fetch it."""
+        """URL that it streams to, or that it can be fetched at."""
         ...
 
     @property

@@ -7,14 +7,14 @@ from collections import deque
 
 from devices.camera.rtmp.chunks import RtmpError
 from scenes.workers.task import Task
-from sim.wire.faults.units import OutgoingUnit
 from sim.wire.flv_packets import avc_header, avc_picture
 from sim.wire.rtmp_client import RtmpClient
 from sim.wire.rtmp_push import RETRY_S, STALLED_S
 from sim.wire.streaming.outbox import Outbox
 from sim.wire.streaming.output import LOOK_S, OutputSetting
+from sim.wire.unit_faults import OutgoingUnit
 
-MOST_ABANDONED = 8
+MAX_ABANDONED = 8
 """Connections that are left open after the camera vanished from them; the oldest is closed."""
 
 
@@ -123,6 +123,6 @@ class RtmpOutput:
     def _abandon(self, client: RtmpClient) -> None:
         """Leave a connection open and look at it never again."""
         self._abandoned.append(client)
-        while len(self._abandoned) > MOST_ABANDONED:
+        while len(self._abandoned) > MAX_ABANDONED:
             with contextlib.suppress(OSError):
                 self._abandoned.popleft().close()

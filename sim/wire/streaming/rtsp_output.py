@@ -8,13 +8,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from scenes.workers.task import Task
-from sim.wire.faults.schedule import WireState
-from sim.wire.faults.units import OutgoingUnit
+from sim.wire.faults import WireState
 from sim.wire.film.film import Film
 from sim.wire.rtsp.packets import session_description
 from sim.wire.rtsp.server import RtspFaults, RtspServer, RtspStream, StreamUnit
 from sim.wire.streaming.outbox import Outbox
 from sim.wire.streaming.output import LOOK_S, OutputSetting
+from sim.wire.unit_faults import OutgoingUnit
 
 PATH = "room"
 """Of the stream's URL."""
@@ -22,7 +22,7 @@ PATH = "room"
 
 @dataclass(frozen=True, slots=True)
 class RtspPlace:
-    """Where it listens.
+    """Address at which it listens.
 
     Attributes:
         host: address.
@@ -166,7 +166,7 @@ class RtspOutput:
 
 
 class _Viewing:
-    """What one player is sent: see `sim.wire.rtsp.server.Viewing`."""
+    """The packets for one player: see `sim.wire.rtsp.server.Viewing`."""
 
     def __init__(self, output: RtspOutput, now: Callable[[], int]) -> None:
         self.outbox = Outbox()

@@ -17,8 +17,8 @@ from pathlib import Path
 from typing import IO, Any, cast
 
 from scenes.pose import Pose
-from sim.wire.faults.units import OutgoingUnit
 from sim.wire.film.film import PictureTruth
+from sim.wire.unit_faults import OutgoingUnit
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,8 @@ from scenes.cameras import Rig
 from scenes.mesh import PhysicalRoom
 from scenes.pose import Pose
 from sim.bodies import Placement, body_of_object
-from sim.camera.camera360 import Camera360, ScannedLook
+from sim.camera.camera360 import Camera360
+from sim.camera.lens_picture import ScannedLook
 from sim.people.figure import person_body
 from sim.people.posture import SIDES, Posture, part_poses, resting_hand
 from sim.reality.world_error import WorldError

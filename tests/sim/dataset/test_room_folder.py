@@ -1,4 +1,4 @@
-"""`sim.dataset.room_folder`, `.photos`, `.check_room_folder`: written, read back, damaged."""
+"""`sim.dataset.room_folder`, `.photos`, `.check`: written, read back, damaged."""
 
 import hashlib
 import json
@@ -11,8 +11,9 @@ import pytest
 from scenes.cameras import Pinhole
 from scenes.pose import Pose
 from scenes.rays import RayScene
-from sim.dataset import check_room_folder, json_stream, pictures, video_file
-from sim.dataset.check import check_dataset
+from sim.dataset import json_stream, pictures
+from sim.dataset.check import check_dataset, check_room_folder
+from sim.dataset.room_folder import NANOSECONDS
 from sim.dataset.truth.agreement import Looked, agreement
 from sim.dataset.truth.surfaces import read_obj
 
@@ -77,7 +78,7 @@ def test_a_video_holds_every_packet_and_no_raw_stream(small_room, write, tmp_pat
     write(small_room, tmp_path / "set", pictures="video", photos=None)
     video = cv2.VideoCapture(str(tmp_path / "set/fisheye/video.mp4"))
     assert int(video.get(cv2.CAP_PROP_FRAME_COUNT)) == 6
-    assert video_file.NANOSECONDS == 1_000_000_000
+    assert NANOSECONDS == 1_000_000_000
     assert not list((tmp_path / "set").rglob("*.h264"))
     truth = json.loads((tmp_path / "set/fisheye/sequence/truth.json").read_text())
     assert [frame["video_frame"] for frame in truth["frames"]] == [0, 2, 4]
@@ -110,7 +111,7 @@ def test_a_missing_picture_is_named(room_folder, tmp_path):
     shutil.copytree(room_folder[0], tmp_path / "set")
     (tmp_path / "set/fisheye/sequence/images/f00002.png").unlink()
     with pytest.raises(ValueError, match=r"f00002\.png"):
-        check_room_folder.check_room_folder(tmp_path / "set")
+        check_room_folder(tmp_path / "set")
 
 
 def test_a_full_disk_leaves_nothing(small_room, write, tmp_path, monkeypatch):

@@ -1,4 +1,4 @@
-"""Where people may stand in a scan: as in the same room of boxes, holes and shreds or not."""
+"""Free floor of a scan: as in the same room of boxes, holes and shreds or not."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from scenes.pose import Pose
 from sim.navigation.floor import BODY_RADIUS_M, FloorMap
 from sim.navigation.paths import has_way, walking_path
 from sim.people.drawn_line import drawn_part, length_m
-from sim.physics.scanned.feet import with_feet
+from sim.physics.scanned.objects import with_feet
 from sim.physics.scanned.scan_like import block, scan_like
 
 ROOM = block((-2, -2, 0), (2, 2, 2.5), is_room=True)

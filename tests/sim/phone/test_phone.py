@@ -225,7 +225,7 @@ def test_objects_are_lit_from_the_window_and_darker_below(papered_room):
     y=st.integers(0, 119),
 )
 def test_the_bend_is_browns(k1, k2, x, y):
-    """What a bent pixel shows is what Brown's model sends there."""
+    """A bent pixel shows the ray that Brown's model sends there."""
     camera = Pinhole.from_fov(80, 60, math.radians(68))
     grown, bend = drawn_camera(camera, Distortion(k1, k2))
     assert bend is not None

@@ -1,4 +1,4 @@
-"""What nobody can do in a room is refused before it begins: one line that names the action."""
+"""Impossible actions are refused before they begin: one line that names the action."""
 
 from dataclasses import replace
 

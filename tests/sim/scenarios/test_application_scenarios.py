@@ -48,7 +48,7 @@ class Played:
         self.poses = {o.object_id: physics.object_pose(o.object_id) for o in self.room.objects}
 
     def remote_at(self, t_s):
-        """What the remote user looks like and draws at a time."""
+        """Avatar and lines of the remote user at a time."""
         (settings,) = self.scenario.remote
         fraction = t_s / self.scenario.duration_s
         avatar = remote_avatar(settings, fraction, self.poses, Pose.identity(), t_s=t_s)

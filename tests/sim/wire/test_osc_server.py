@@ -5,8 +5,8 @@ import pytest
 from devices.clock import ManualClock
 from devices.insta360.commands import CameraInfo
 from devices.insta360.osc import OscClient
-from sim.wire.osc_camera import MOST_FILES, OscCamera
-from sim.wire.osc_server import MOST_CONNECTIONS, OscServer
+from sim.wire.osc_camera import MAX_FILES, OscCamera
+from sim.wire.osc_server import MAX_CONNECTIONS, OscServer
 
 INFO = CameraInfo("IXSE42", "Insta360 X4", "v1.4.6", 0.83)
 
@@ -42,7 +42,7 @@ def test_the_simulated_camera_bounds_requests(camera, head, status):
 
 
 def test_the_simulated_camera_bounds_connections(camera, client):
-    held = [socket.create_connection(camera.address, 5) for _each in range(MOST_CONNECTIONS + 4)]
+    held = [socket.create_connection(camera.address, 5) for _each in range(MAX_CONNECTIONS + 4)]
     for connection in held:
         connection.close()
     assert client.info().serial == "IXSE42"
@@ -63,10 +63,10 @@ def test_the_port_is_free_again_after_closing(camera):
 def test_the_card_holds_so_many_files_and_the_newest():
     clock = ManualClock()
     camera = OscCamera(clock, INFO, picture_s=0.0)
-    for _picture in range(MOST_FILES + 3):
+    for _picture in range(MAX_FILES + 3):
         _status, asked = camera.answer("/osc/commands/execute", {"name": "camera.takePicture"}, "")
         camera.answer("/osc/commands/status", {"id": asked["id"]}, "")
     wanted = {"name": "camera.listFiles", "parameters": {"fileType": "all", "entryCount": 999}}
     results = camera.answer("/osc/commands/execute", wanted, "")[1]["results"]
-    assert len(results["entries"]) == MOST_FILES
-    assert results["entries"][0]["name"].endswith(f"_{MOST_FILES + 3}.insp")
+    assert len(results["entries"]) == MAX_FILES
+    assert results["entries"][0]["name"].endswith(f"_{MAX_FILES + 3}.insp")

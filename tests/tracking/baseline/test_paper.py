@@ -8,8 +8,9 @@ import pytest
 from scenes.pose import Pose
 from scenes.state import TrackState
 from tracking.baseline.detect import Detection
+from tracking.baseline.estimate import UPDATE_NS
 from tracking.baseline.identity import Visibility
-from tracking.baseline.paper import UPDATE_NS, PaperTracker, box_corners
+from tracking.baseline.paper import PaperTracker, box_corners
 
 FRAME_NS = 100_000_000
 

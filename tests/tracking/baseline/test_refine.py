@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tracking.baseline.refine import (
-    MOST_DRAWINGS,
+    MAX_DRAWINGS,
     NOTHING_DRAWN,
     XY_BOUND_M,
     YAW_BOUND,
@@ -77,4 +77,4 @@ def test_powell_stays_in_its_bounds_and_gets_closer():
         np.abs(np.array(calls[2:]) - start) <= np.maximum(bound, np.abs(truth - start)) + 1e-9
     ).all()
     assert (np.abs(best - start) <= bound + 1e-9).all()
-    assert len(calls) < 1.2 * MOST_DRAWINGS + 20
+    assert len(calls) < 1.2 * MAX_DRAWINGS + 20

@@ -14,7 +14,7 @@ from tracking.beside.process import serve
 
 @pytest.fixture
 def served():
-    """Where to write orders and where to read answers of one that serves."""
+    """Streams to write orders to and read answers from, of one that serves."""
     (their_orders, our_orders), (our_answers, their_answers) = os.pipe(), os.pipe()
     with (
         os.fdopen(our_orders, "wb") as orders,

@@ -17,7 +17,7 @@ from tests.tracking.beside.orders import (
     process_id,
     scattered,
 )
-from tracking.beside.runner import MOST_DEATHS, SearchBesideFrames, SearchProcessError
+from tracking.beside.runner import MAX_DEATHS, SearchBesideFrames, SearchProcessError
 from tracking.hypotheses.search_runner import BEGUN
 
 PATIENCE_S = 60.0
@@ -119,7 +119,7 @@ def test_a_process_that_dies_is_started_again_and_its_search_begun_anew(runner):
 
 def test_after_many_deaths_searches_are_computed_in_the_frames(runner, caplog):
     progress, until = BEGUN, time.monotonic() + PATIENCE_S
-    for _ in range(MOST_DEATHS):
+    for _ in range(MAX_DEATHS):
         runner.advance(BEGUN, dies, budget_ms=1.0)
         process = runner._process
         while not process.is_dead and time.monotonic() < until:

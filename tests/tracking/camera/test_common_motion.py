@@ -8,7 +8,7 @@ from scenes.frames import FRONT_FROM_BACK_LENS
 from scenes.pose import Pose, rotation_angle, rotation_from_vector
 from tests.tracking.camera.test_watch import FAR, LENS, RNG, seen
 from tracking.camera.common_motion import MOVED_RAD, can_watch, common_motion
-from tracking.camera.watch import watched
+from tracking.camera.watch import begin_watch
 
 RIG = Rig((LENS, LENS), (Pose.identity(), FRONT_FROM_BACK_LENS))
 
@@ -36,7 +36,7 @@ def as_vector(rotation):
 @pytest.fixture(scope="module")
 def watches():
     return [
-        watched(image, LENS, rig_from_lens, FAR)
+        begin_watch(image, LENS, rig_from_lens, FAR)
         for image, rig_from_lens in zip(through_both((0, 0, 0)), RIG.rig_from_lens, strict=True)
     ]
 
@@ -84,7 +84,7 @@ def test_nothing_is_guessed_where_all_is_hidden_or_another_room(watches):
 
 def test_a_blank_room_cannot_be_watched(watches):
     blank = np.full((960, 960, 3), 120, np.uint8)
-    plain = [watched(blank, LENS, Pose.identity(), FAR)]
+    plain = [begin_watch(blank, LENS, Pose.identity(), FAR)]
     assert not can_watch(plain)
     assert can_watch(watches)
     assert common_motion(plain, [blank]) is None

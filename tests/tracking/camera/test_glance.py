@@ -5,14 +5,14 @@ import pytest
 
 from scenes.pose import Pose
 from tests.tracking.camera.test_watch import FAR, LENS, seen
-from tracking.camera.glance import CELLS, glance_at, is_suspect, renewed
-from tracking.camera.watch import watched
+from tracking.camera.glance import CELLS, glance_at, is_suspect, renew
+from tracking.camera.watch import begin_watch
 
 
 @pytest.fixture(scope="module")
 def glance():
     still = seen((0, 0, 0))
-    return glance_at(watched(still, LENS, Pose.identity(), FAR), still)
+    return glance_at(begin_watch(still, LENS, Pose.identity(), FAR), still)
 
 
 @pytest.mark.parametrize("turn_deg", [(0.1, 0, 0), (0, 0.5, -0.5), (0, 0, 3.0)])
@@ -28,7 +28,7 @@ def test_a_lens_that_stands_is_not(glance, how):
 def test_what_changed_for_good_is_suspect_once(glance):
     covered = seen((0, 0, 0), seed=1, hidden=0.8)
     assert is_suspect(glance, covered)
-    assert not is_suspect(renewed(glance, covered), seen((0, 0, 0), seed=2, hidden=0.8))
+    assert not is_suspect(renew(glance, covered), seen((0, 0, 0), seed=2, hidden=0.8))
 
 
 def test_patches_are_few_and_in_the_picture(glance):

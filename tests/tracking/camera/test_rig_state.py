@@ -16,7 +16,7 @@ from tracking.camera.rig_state import (
     RIG_MOVED_M,
     Blind,
     camera_notices,
-    looked_through,
+    look_through,
     rig_state,
 )
 from tracking.output import CameraMoment
@@ -31,7 +31,7 @@ def frame_of(images, seq=0):
 
 @pytest.fixture(scope="module")
 def still():
-    """What both lenses saw when the camera was calibrated."""
+    """State of both lenses when the camera was calibrated."""
     frame, ranges_m = frame_of(through_both((0, 0, 0))), (FAR, FAR)
     calibration = Calibration.unrefined(Pose.identity())
     return rig_state(frame, Pose.identity(), calibration, None, ranges_m=ranges_m)
@@ -57,7 +57,7 @@ def test_a_marker_that_shakes_is_not_one_that_moved(still, moved_m, turned_deg, 
 
 
 def test_the_first_picture_of_a_bump_says_how_far_it_went(still, turned):
-    after = looked_through(still, turned)
+    after = look_through(still, turned)
     assert after.blind is None
     assert after.motion is not None
     np.testing.assert_allclose(after.motion.twist[:3], TURN, atol=2e-4)
@@ -65,17 +65,17 @@ def test_the_first_picture_of_a_bump_says_how_far_it_went(still, turned):
 
 def test_a_camera_that_stands_is_only_glanced_at(still):
     frame = frame_of(through_both((0, 0, 0)))
-    assert looked_through(still, frame) is still
+    assert look_through(still, frame) is still
 
 
 def test_a_covered_camera_is_blind_until_it_sees_again(still, covered):
     state = still
     for looks in range(1, BLIND_LOOKS + 1):
         assert state.blind is None or not state.blind.is_due(covered.t_ns)
-        state = looked_through(state, covered)
+        state = look_through(state, covered)
         assert state.blind == Blind(covered.t_ns, looks)
     assert state.blind.is_due(covered.t_ns)
-    again = looked_through(state, frame_of(through_both((0, 0, 0))))
+    again = look_through(state, frame_of(through_both((0, 0, 0))))
     assert again.blind is None
     assert again.motion is None
 

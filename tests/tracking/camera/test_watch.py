@@ -10,7 +10,7 @@ import pytest
 
 from scenes.cameras import Fisheye, pixel_centres
 from scenes.pose import Pose, rotation_from_vector
-from tracking.camera.watch import pictured, residual, watched
+from tracking.camera.watch import begin_watch, pictured, residual
 
 LENS = Fisheye.from_fov(960, math.radians(200))
 RNG = np.random.default_rng(11)
@@ -19,7 +19,7 @@ PANORAMA = ((PANORAMA - PANORAMA.mean()) * 6 + 128).clip(0, 255).astype(np.float
 
 
 def seen(turn, *, gain=1.0, seed=0, hidden=0.0):
-    """What the lens shows after a turn (3,), its left part hidden by something plain."""
+    """Picture of the lens after a turn (3,), its left part hidden by something plain."""
     x, y, z = (LENS.unproject(pixel_centres(LENS)) @ rotation_from_vector(np.asarray(turn)).T).T
     across = ((np.arctan2(x, z) / (2 * math.pi) + 0.5) * 800).astype(np.float32)
     down = (np.arccos(np.clip(y, -1, 1)) / math.pi * 400).astype(np.float32)
@@ -42,7 +42,7 @@ FAR = np.zeros((LENS.height_px, LENS.width_px), np.float32)
 
 @pytest.fixture(scope="module")
 def watch():
-    return watched(seen((0, 0, 0)), LENS, Pose.identity(), FAR)
+    return begin_watch(seen((0, 0, 0)), LENS, Pose.identity(), FAR)
 
 
 @pytest.mark.parametrize("turn_deg", [(0.2, 0, 0), (0, -0.5, 0.3)])
@@ -72,13 +72,16 @@ def test_other_light_leaves_details_as_they_are(watch):
 
 def test_a_shift_moves_what_is_near_and_not_what_is_far():
     near = np.full_like(FAR, 2.0)
-    by_shift = watched(seen((0, 0, 0)), LENS, Pose.identity(), near).sizes[-1].flow_by_twist
+    by_shift = begin_watch(seen((0, 0, 0)), LENS, Pose.identity(), near).sizes[-1].flow_by_twist
     sizes = np.linalg.norm(by_shift[:, :, 3:], axis=(1, 2))
     np.testing.assert_allclose(sizes, math.sqrt(2) / 2.0, rtol=0.4)
-    far = watched(seen((0, 0, 0)), LENS, Pose.identity(), FAR).sizes[-1].flow_by_twist
+    far = begin_watch(seen((0, 0, 0)), LENS, Pose.identity(), FAR).sizes[-1].flow_by_twist
     np.testing.assert_allclose(far[:, :, 3:], 0.0, atol=1e-9)
 
 
 def test_a_blank_room_has_no_details():
     blank = np.full((960, 960, 3), 120, np.uint8)
-    assert [len(size.rays) for size in watched(blank, LENS, Pose.identity(), FAR).sizes] == [0, 0]
+    assert [len(size.rays) for size in begin_watch(blank, LENS, Pose.identity(), FAR).sizes] == [
+        0,
+        0,
+    ]

@@ -10,7 +10,7 @@ from scenes.cameras import Fisheye
 from scenes.pose import Pose
 from scenes.render.renderer import Rendering
 from tracking.camera.lens_view import FINE_F_PX, Sight
-from tracking.camera.window_search import searched
+from tracking.camera.window_search import search_windows
 from tracking.camera.window_slopes import by_slopes
 
 LENS = Fisheye.from_fov(640, math.radians(200))
@@ -53,7 +53,7 @@ def middle(found):
 
 @pytest.mark.parametrize("by_px", [(0.0, 0.0), (2.0, -3.0), (-6.4, 5.7)])
 def test_a_search_finds_windows_that_a_marker_put_pixels_away(by_px):
-    found = searched(sight(by_px), Pose.identity())
+    found = search_windows(sight(by_px), Pose.identity())
     assert len(found.pixels) > 100
     np.testing.assert_allclose(middle(found), by_px, atol=0.15)
     assert found.share > 0.9
@@ -75,14 +75,14 @@ def test_what_covers_the_room_is_not_found():
 def test_another_place_is_not_found():
     other = cv2.GaussianBlur(RNG.uniform(0, 1, (640, 640)).astype(np.float32), (0, 0), 2.5)
     elsewhere = sight((0, 0), renderer=Wall((other - other.mean()) * 4 + 0.5))
-    assert searched(elsewhere, Pose.identity()).share < 0.1
+    assert search_windows(elsewhere, Pose.identity()).share < 0.1
     assert by_slopes(elsewhere, Pose.identity(), blur_px=1.0).share < 0.1
 
 
 @pytest.mark.parametrize("wall", [Wall(alpha=0.5), Wall(np.full((640, 640), 0.5, np.float32))])
 def test_where_nothing_is_known_or_to_be_seen_nothing_is_measured(wall):
     for found in (
-        searched(sight((0, 0), renderer=wall), Pose.identity()),
+        search_windows(sight((0, 0), renderer=wall), Pose.identity()),
         by_slopes(sight((0, 0), renderer=wall), Pose.identity(), blur_px=1.0),
     ):
         assert len(found.pixels) == 0

@@ -1,4 +1,4 @@
-"""What a window of a filmed table shows of one object."""
+"""Evidence of a window of a filmed table for one object."""
 
 import numpy as np
 import pytest

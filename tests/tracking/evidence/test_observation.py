@@ -1,11 +1,11 @@
-"""What a window shows if the object is not in it."""
+"""Expected picture of a window if the object is not in it."""
 
 import numpy as np
 import pytest
 
 from scenes.pose import Pose
 from tracking.evidence.observation import observe, with_layers
-from tracking.model.misfit import MOST_MISFIT, RESIDUAL_SIGMA, misfit
+from tracking.model.misfit import MAX_MISFIT, RESIDUAL_SIGMA, misfit
 from tracking.window.filters import resized
 
 
@@ -13,7 +13,7 @@ def test_a_misfit_is_half_the_squared_residual_up_to_any_colour():
     residual = np.zeros((1, 3, 3), np.float32)
     residual[0, 1] = RESIDUAL_SIGMA
     residual[0, 2] = 1.0
-    np.testing.assert_allclose(misfit(residual)[0], [0.0, 1.5, MOST_MISFIT], rtol=1e-5)
+    np.testing.assert_allclose(misfit(residual)[0], [0.0, 1.5, MAX_MISFIT], rtol=1e-5)
 
 
 def test_the_room_misfits_where_something_stands_and_fits_elsewhere(table, as_scanned):
@@ -40,7 +40,7 @@ def test_a_shrunk_observation_shows_the_same_with_fewer_pixels(table, as_scanned
 
 
 def test_what_is_expected_shows_the_neighbours_as_they_were_scanned(table, as_scanned):
-    """Where another object stands, the live picture says nothing about what is expected there."""
+    """The live picture says nothing of what is expected where another object stands."""
     pose = table.poses["mug-1"]
     near = Pose(pose.rotation, pose.translation + np.array([0.08, 0.05, 0.0]))
     neighbours = ((table.models["book-1"], near),)

@@ -1,4 +1,4 @@
-"""What is decided of an object by the odds of a frame."""
+"""Decisions on an object by the odds of a frame."""
 
 import math
 from types import SimpleNamespace
@@ -10,20 +10,20 @@ from scenes.pose import Pose
 from scenes.state import TrackState
 from tracking.evidence.observation import observe
 from tracking.follow.belief import (
-    LEAST_SAMPLES,
+    MIN_SAMPLES,
     STAYS_NATS,
     Belief,
     at_first,
     at_pose,
-    believed,
     confidence_of,
     hypothesis_of,
     is_at_rest_still,
     is_followed,
     is_shaken,
+    weigh_measurement,
 )
 from tracking.hypotheses.hypothesis import CLEAR_NATS
-from tracking.hypotheses.refinement import placed
+from tracking.hypotheses.refinement import fit_at
 from tracking.likelihood.pixel_model import PoseSupport
 
 
@@ -72,8 +72,8 @@ def test_what_shows_half_of_what_it_showed_is_followed_and_after_a_gap_only_if_r
 
 
 def test_what_is_hardly_in_view_is_unseen_and_what_shows_the_room_has_left():
-    assert belief(1.0, 1.0, LEAST_SAMPLES - 0.1).is_unseen
-    assert not belief(1.0, 1.0, LEAST_SAMPLES + 0.1).is_unseen
+    assert belief(1.0, 1.0, MIN_SAMPLES - 0.1).is_unseen
+    assert not belief(1.0, 1.0, MIN_SAMPLES + 0.1).is_unseen
     assert belief(-STAYS_NATS - 0.1, -9.0).has_left
     assert not belief(0.0, -9.0).has_left
     track = SimpleNamespace(usual_nats=10.0)
@@ -94,8 +94,8 @@ def first(table, scene, name, pose):
     task = table.task(scene, name, world_from_object=pose, state=TrackState.STATIC)
     evidence = table.evidence(scene, name, pose)
     observation = observe(scene, evidence)
-    fit = placed(scene, task.model, evidence, pose)
-    return task, evidence, believed(task, observation, fit)
+    fit = fit_at(scene, task.model, evidence, pose)
+    return task, evidence, weigh_measurement(task, observation, fit)
 
 
 @pytest.mark.parametrize("name", ["book-1", "box-1", "mug-1"])

@@ -13,7 +13,7 @@ import tracking.follow.feature_relocalisation
 from scenes.cameras import Fisheye, Rig
 from scenes.pose import Pose
 from tracking.evidence.appearance_memory import AppearanceMemory
-from tracking.follow.feature_relocalisation import relocalised
+from tracking.follow.feature_relocalisation import relocalise
 
 LENS = Fisheye(1400, 1400, 560.0, 700.0, 700.0, max_angle=math.radians(100))
 SIDE_M, TEXELS = 0.26, 260
@@ -72,7 +72,7 @@ def appearance(pattern):
 
 @pytest.fixture
 def found(monkeypatch, appearance):
-    """Where the thing is found in a picture that differs from the empty room all over."""
+    """Pose found in a picture that differs from the empty room all over."""
 
     def changed(_scene, _model, window, _neighbours):
         return SimpleNamespace(
@@ -86,7 +86,7 @@ def found(monkeypatch, appearance):
         scene = SimpleNamespace(frame=frame, world_from_rig=WORLD_FROM_RIG)
         model = SimpleNamespace(radius_m=RADIUS_M)
         task = SimpleNamespace(scene=scene, model=model, neighbours=())
-        return relocalised(task, appearance, BEFORE.translation)
+        return relocalise(task, appearance, BEFORE.translation)
 
     return find
 

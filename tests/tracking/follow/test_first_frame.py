@@ -7,7 +7,7 @@ import pytest
 
 from scenes.pose import Pose
 from scenes.state import TrackState
-from tracking.follow.first_frame import settled
+from tracking.follow.first_frame import settle_all
 from tracking.follow.track import new_track
 
 
@@ -33,7 +33,7 @@ def apart_m(track, pose):
 
 
 def test_what_stands_as_scanned_stays_there(table, as_scanned, believed):
-    tracks = settled(tasks(table, as_scanned), believed())
+    tracks = settle_all(tasks(table, as_scanned), believed())
     for name, pose in table.poses.items():
         assert tracks[name].state is TrackState.STATIC
         assert apart_m(tracks[name], pose) == 0.0
@@ -42,7 +42,7 @@ def test_what_stands_as_scanned_stays_there(table, as_scanned, believed):
 
 def test_a_place_that_the_picture_speaks_against_is_given_up(table, mug_elsewhere, believed):
     scene, now = mug_elsewhere
-    tracks = settled(tasks(table, scene), believed())
+    tracks = settle_all(tasks(table, scene), believed())
     assert apart_m(tracks["mug-1"], now) < 0.01
     assert apart_m(tracks["book-1"], table.poses["book-1"]) == 0.0
 
@@ -59,12 +59,12 @@ def test_two_that_account_for_one_part_of_the_picture_do_not_both_hold(table, as
         **believed(book={"usual_nats": 30.0}),
         "book-2": replace(new_track(twin.model), world_from_object=beside, confidence=1.0),
     }
-    tracks = settled([*tasks(table, as_scanned), twin], both)
+    tracks = settle_all([*tasks(table, as_scanned), twin], both)
     assert apart_m(tracks["book-1"], scan) == 0.0
     assert tracks["book-2"].state is TrackState.LOST
 
 
 def test_what_is_nowhere_is_lost(table, no_mug, believed):
-    tracks = settled(tasks(table, no_mug), believed())
+    tracks = settle_all(tasks(table, no_mug), believed())
     assert tracks["mug-1"].state is TrackState.LOST
     assert tracks["mug-1"].confidence == 0.0

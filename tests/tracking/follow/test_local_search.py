@@ -1,4 +1,4 @@
-"""What is tried where an object was not found as expected."""
+"""Hypotheses tried if an object was not found as expected."""
 
 from types import SimpleNamespace
 

@@ -1,4 +1,4 @@
-"""Where an object is in a frame: where it is expected, or somewhere around."""
+"""Measuring an object in a frame: where it is expected, or somewhere around."""
 
 import math
 from dataclasses import replace

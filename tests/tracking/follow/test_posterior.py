@@ -1,4 +1,4 @@
-"""What is believed before a frame is measured, and which measurement is believed."""
+"""Prior of a pose before a frame is measured, and acceptance of the measurement."""
 
 from types import SimpleNamespace
 
@@ -12,7 +12,7 @@ from tracking.follow.posterior import (
     CONCLUSIVE_INLIER_RATIO,
     CONTACT_SIGMA_M,
     HEAVY_HEIGHT_M,
-    LEAST_VISIBLE,
+    MIN_VISIBLE,
     MOVING_SIGMA_M,
     RECOGNISED_CONTOUR_SCORE,
     REST_RADIUS_M,
@@ -20,7 +20,7 @@ from tracking.follow.posterior import (
     has_left_its_rest,
     is_accepted,
     is_conclusive,
-    least_correlation,
+    min_correlation,
     priors,
     shows_pattern,
 )
@@ -137,10 +137,10 @@ def test_a_pattern_that_is_recognised_needs_less_of_an_outline():
     assert is_accepted(a_fit(faint, textured=True))
     assert not is_accepted(a_fit(faint, textured=False))
     assert not is_accepted(a_fit(faint, textured=True, colour_correlation=0.4))
-    assert not is_accepted(a_fit(visible=LEAST_VISIBLE - 0.01))
+    assert not is_accepted(a_fit(visible=MIN_VISIBLE - 0.01))
 
 
 def test_a_blurred_scan_lowers_what_is_asked_of_a_pattern():
     clear, blurred = (a_task(initial_correlation=value).track for value in (0.9, 0.2))
-    assert least_correlation(blurred) == pytest.approx(0.17)
-    assert least_correlation(clear) > 2 * least_correlation(blurred)
+    assert min_correlation(blurred) == pytest.approx(0.17)
+    assert min_correlation(clear) > 2 * min_correlation(blurred)

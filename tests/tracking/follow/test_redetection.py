@@ -21,7 +21,7 @@ from tracking.follow.redetection import (
 from tracking.follow.track import SEARCH_PERIOD_NS, PendingReview, Review
 from tracking.hypotheses.budget import Step
 from tracking.hypotheses.hypothesis import CLEAR_NATS
-from tracking.hypotheses.refinement import placed
+from tracking.hypotheses.refinement import fit_at
 from tracking.hypotheses.search_runner import Progress
 from tracking.likelihood.pose_likelihood import pose_support
 
@@ -112,7 +112,7 @@ def test_a_search_of_what_was_under_review_can_be_ordered(table, mug_elsewhere):
     model, pose = table.models["mug-1"], table.poses["mug-1"]
     evidence = table.evidence(scene, "mug-1", pose)
     observation = observe(scene, evidence)
-    fit = placed(scene, model, evidence, pose)
+    fit = fit_at(scene, model, evidence, pose)
     support = pose_support(observation, model, pose, scene.renderer)
     pending = PendingReview(scene, evidence, observation, fit, support, ())
     task = table.task(scene, "mug-1", **LOST, review=Review(0, 0, 0.0, 0.0, pending))

@@ -17,7 +17,7 @@ from tracking.follow.yaw_review import (
     REVIEW_PART,
     TURNED_NATS,
     is_under_review,
-    reviewed,
+    review_yaw,
     was_reviewed,
 )
 from tracking.hypotheses.budget import Step
@@ -69,7 +69,7 @@ def task(monkeypatch):
         return Hypothesis(a_fit(start), support(30.0 if abs(start.yaw()) > 3.0 else 10.0))
 
     monkeypatch.setattr(yaw_review, "likeliest_yaws", lambda *_: [SHARP, FLIPPED])
-    monkeypatch.setattr(yaw_review, "refined", refined)
+    monkeypatch.setattr(yaw_review, "refine", refined)
     model = SimpleNamespace(
         symmetry=1, radius_m=0.5, are_same=lambda turns: np.zeros(len(turns), bool)
     )
@@ -86,7 +86,7 @@ def task(monkeypatch):
 
 
 def test_a_yaw_is_given_up_for_a_clearly_likelier_one(task):
-    after, fit = reviewed(task(None), None, a_belief(SHARP, 10.0))
+    after, fit = review_yaw(task(None), None, a_belief(SHARP, 10.0))
     assert fit.world_from_object is FLIPPED
     gained = pytest.approx(20.0 - TURNED_NATS)
     assert after.track.review.rival_nats == gained
@@ -98,39 +98,39 @@ def test_a_yaw_is_given_up_for_a_clearly_likelier_one(task):
 def test_a_yaw_that_was_known_needs_more_to_be_given_up(task):
     known = task(Review(-LONG_NS, 0, 50.0, 50.0))
     weak = a_belief(SHARP, 30.0 - TURNED_NATS)
-    assert reviewed(known, None, weak)[1] is weak.fit
+    assert review_yaw(known, None, weak)[1] is weak.fit
     doubted = task(Review(-LONG_NS, 0, 0.0, 0.0))
-    assert reviewed(doubted, None, weak)[1].world_from_object is FLIPPED
+    assert review_yaw(doubted, None, weak)[1].world_from_object is FLIPPED
 
 
 def test_a_review_is_spread_over_frames_and_its_object_moves_on_meanwhile(task):
     first = task(None, interval_ns=PROPOSED_NS)
-    begun, fit = reviewed(first, "then", a_belief(SHARP, 10.0))
+    begun, fit = review_yaw(first, "then", a_belief(SHARP, 10.0))
     assert is_under_review(begun.track)
     assert was_reviewed(begun.track, 0)
     assert begun.track.rival_nats == 0.0
     assert fit.world_from_object is SHARP
     second = task(begun.track.review, now_ns=PROPOSED_NS, interval_ns=LONG_NS)
     moved = Pose.from_yaw(0.1, [0.2, 0.0, 0.0])
-    done, fit = reviewed(second, "now", a_belief(moved, 10.0))
+    done, fit = review_yaw(second, "now", a_belief(moved, 10.0))
     assert not is_under_review(done.track)
     np.testing.assert_allclose(fit.world_from_object.matrix(), (moved @ FLIPPED).matrix())
 
 
 def test_a_yaw_that_was_right_is_kept_though_it_moved_meanwhile(task):
-    begun, _ = reviewed(task(None, interval_ns=PROPOSED_NS), "then", a_belief(SHARP, 40.0))
+    begun, _ = review_yaw(task(None, interval_ns=PROPOSED_NS), "then", a_belief(SHARP, 40.0))
     now = a_belief(Pose.from_yaw(0.1), 10.0)
     second = task(begun.track.review, now_ns=PROPOSED_NS, interval_ns=LONG_NS)
-    done, after = reviewed(second, "now", now)
+    done, after = review_yaw(second, "now", now)
     assert after is now.fit
     assert done.track.review.in_vain == 1
     assert done.track.review.rival_nats == pytest.approx(10.0 + TURNED_NATS)
 
 
 def test_a_review_begins_anew_when_the_camera_was_moved(task):
-    begun, _ = reviewed(task(None, interval_ns=PROPOSED_NS), "then", a_belief(SHARP, 10.0))
+    begun, _ = review_yaw(task(None, interval_ns=PROPOSED_NS), "then", a_belief(SHARP, 10.0))
     moved = task(begun.track.review, now_ns=PERIOD_NS, interval_ns=PROPOSED_NS, rig=Pose.identity())
-    again, fit = reviewed(moved, "now", a_belief(SHARP, 10.0))
+    again, fit = review_yaw(moved, "now", a_belief(SHARP, 10.0))
     assert again.track.review.pending.evidence == "now"
     assert fit.world_from_object is SHARP
 
@@ -138,15 +138,15 @@ def test_a_review_begins_anew_when_the_camera_was_moved(task):
 def test_what_never_moved_is_left_alone_unless_its_place_says_less_than_before(task):
     weak = a_belief(SHARP, 10.0)
     resting = task(None, state=TrackState.STATIC)
-    assert reviewed(resting, None, weak)[1] is weak.fit
-    assert reviewed(resting, None, weak, is_shaken=True)[1].world_from_object is FLIPPED
+    assert review_yaw(resting, None, weak)[1] is weak.fit
+    assert review_yaw(resting, None, weak, is_shaken=True)[1].world_from_object is FLIPPED
 
 
 def test_after_a_review_in_vain_the_next_waits_twice_as_long(task):
     weak, before = a_belief(SHARP, 10.0), Review(0, 2, 1.0, 1.0)
     early = task(before, now_ns=4 * PERIOD_NS - 1)
-    assert reviewed(early, None, weak)[0].track.review is before
-    assert reviewed(task(before, now_ns=4 * PERIOD_NS), None, weak)[1] is not weak.fit
+    assert review_yaw(early, None, weak)[0].track.review is before
+    assert review_yaw(task(before, now_ns=4 * PERIOD_NS), None, weak)[1] is not weak.fit
 
 
 def test_what_looks_like_its_appearance_memory_of_a_known_yaw_is_left_alone(task):
@@ -155,9 +155,9 @@ def test_what_looks_like_its_appearance_memory_of_a_known_yaw_is_left_alone(task
     seen.fit.reduced = SimpleNamespace(
         camera_from_object=None, appearance=SimpleNamespace(view_weight=lambda _: 1.0)
     )
-    assert reviewed(task(None), None, seen)[1] is seen.fit
+    assert review_yaw(task(None), None, seen)[1] is seen.fit
     ambiguous = task(Review(0, 0, 0.0, 0.0), now_ns=10 * PERIOD_NS)
-    assert reviewed(ambiguous, None, seen)[1] is not seen.fit
+    assert review_yaw(ambiguous, None, seen)[1] is not seen.fit
 
 
 def test_a_patterned_thing_taken_for_its_back_is_turned_round(table, as_scanned):
@@ -177,12 +177,12 @@ def test_a_patterned_thing_taken_for_its_back_is_turned_round(table, as_scanned)
         return Belief(observation, fit, found, found)
 
     doubted = replace(task, track=replace(task.track, review=Review(-LONG_NS, 0, 0.0, 0.0)))
-    after, fit = reviewed(doubted, evidence, belief(wrong))
+    after, fit = review_yaw(doubted, evidence, belief(wrong))
     while is_under_review(after.track):
-        after, fit = reviewed(after, evidence, belief(wrong))
+        after, fit = review_yaw(after, evidence, belief(wrong))
     assert abs(np.degrees(wrap_angle(fit.world_from_object.yaw() - true.yaw()))) < 5.0
     assert fit.colour_correlation > wrong.colour_correlation + 0.2
     # What is right already stays as it is.
     kept = replace(task, track=replace(task.track, world_from_object=true))
-    _, again = reviewed(kept, evidence, belief(fit))
+    _, again = review_yaw(kept, evidence, belief(fit))
     assert abs(np.degrees(wrap_angle(again.world_from_object.yaw() - true.yaw()))) < 5.0

@@ -8,7 +8,7 @@ import pytest
 from scenes.pose import Pose, wrap_angle
 from tracking.evidence.observation import observe
 from tracking.hypotheses.budget import BudgetExhausted, FrameBudget, Step
-from tracking.hypotheses.refinement import CLIMB_STEP, climbed, refined
+from tracking.hypotheses.refinement import CLIMB_STEP, climb, refine
 from tracking.likelihood.pose_likelihood import pose_support
 
 
@@ -29,7 +29,7 @@ def beside(pose, model, steps, turn_rad):
 def test_a_climb_comes_near_from_where_a_refinement_may_start(seen, steps, turn_rad):
     scene, _, observation, model, true = seen
     start = beside(true, model, steps, turn_rad)
-    found = climbed(observation, model, start, scene)
+    found = climb(observation, model, start, scene)
     nats = [pose_support(observation, model, pose, scene.renderer).nats for pose in (start, found)]
     assert nats[1] > nats[0]
     assert np.linalg.norm(found.translation - true.translation) < 0.5 * np.linalg.norm(
@@ -40,20 +40,20 @@ def test_a_climb_comes_near_from_where_a_refinement_may_start(seen, steps, turn_
 
 def test_a_climb_stays_at_the_top(seen):
     scene, _, observation, model, true = seen
-    top = climbed(observation, model, true, scene)
-    again = climbed(observation, model, top, scene)
+    top = climb(observation, model, true, scene)
+    again = climb(observation, model, top, scene)
     assert np.linalg.norm(again.translation - top.translation) < CLIMB_STEP * model.radius_m / 4
 
 
 def test_a_refinement_spread_over_frames_comes_to_the_same(seen):
     scene, evidence, observation, model, true = seen
     start = beside(true, model, (0.1, 0.0), math.radians(6))
-    at_once = refined(scene, model, start, evidence, observation)
+    at_once = refine(scene, model, start, evidence, observation)
     done, frames = (), 0
     while True:
         budget, frames = FrameBudget(Step.SOLVE.nominal_ms, done), frames + 1
         try:
-            found = refined(scene, model, start, evidence, observation, budget=budget)
+            found = refine(scene, model, start, evidence, observation, budget=budget)
             break
         except BudgetExhausted:
             done = budget.done()

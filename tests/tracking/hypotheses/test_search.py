@@ -21,14 +21,15 @@ from tracking.hypotheses.prior import (
     stayed_log_prior,
 )
 from tracking.hypotheses.proposals import (
-    LEAST_RADIUS_PX,
+    MIN_RADIUS_PX,
     cuts_at,
     places_on,
     proposed,
     proposed_by_overlap,
 )
-from tracking.hypotheses.refinement import aligned, coarse, refined
-from tracking.hypotheses.search import ALIGNED_AT_A_PLACE, best_places, of_all_places, search
+from tracking.hypotheses.refinement import align, coarse, refine
+from tracking.hypotheses.screening import ALIGNED_AT_A_PLACE, of_all_places
+from tracking.hypotheses.search import best_places, search
 from tracking.hypotheses.yaws import likeliest_yaws
 from tracking.model.templates import Cuts, compare
 
@@ -54,7 +55,7 @@ def test_places_are_on_the_plane_in_view_and_large_enough_to_be_seen(table, mug_
     assert np.linalg.norm(places - now.translation, axis=1).min() < 0.06
     eye = look.world_from_lens.translation
     distance = np.linalg.norm(places + model.centre_m - eye, axis=1)
-    assert (look.camera.f_px * model.radius_m / distance >= LEAST_RADIUS_PX).all()
+    assert (look.camera.f_px * model.radius_m / distance >= MIN_RADIUS_PX).all()
     tiny = replace(model, radius_m=0.001)
     assert len(places_on(scene, [look], tiny, HEIGHTS)[0]) == 0
 
@@ -88,9 +89,9 @@ def test_an_alignment_and_a_refinement_come_to_the_true_pose(table, as_scanned):
     start = Pose.from_yaw(true.yaw() + 0.15, true.translation + np.array([0.025, -0.02, 0.0]))
     evidence = table.evidence(as_scanned, "book-1", start)
     observation = observe(as_scanned, evidence)
-    rough = aligned(coarse(observation, model, start), model, start, as_scanned)
+    rough = align(coarse(observation, model, start), model, start, as_scanned)
     assert apart(rough, true) < 0.6 * apart(start, true)
-    found = refined(as_scanned, model, start, evidence, observation)
+    found = refine(as_scanned, model, start, evidence, observation)
     metres, degrees = off(found.world_from_object, true)
     assert metres < 0.01
     assert degrees < 2.0

@@ -14,7 +14,7 @@ from tracking.likelihood import pose_likelihood
 from tracking.likelihood.drawn_object import draw_object
 from tracking.likelihood.pixel_model import EXACTLY, FOREIGN, NOT_IN_VIEW, ROUGHLY, for_native
 from tracking.likelihood.pose_likelihood import pose_support
-from tracking.model.misfit import MOST_MISFIT
+from tracking.model.misfit import MAX_MISFIT
 from tracking.model.relighting import LIGHT_SIGMA
 
 
@@ -68,7 +68,7 @@ def test_a_flat_patch_of_something_unknown_is_little_evidence(table, no_mug):
         return np.ones_like(observation.changed)
 
     def unlike_room(observation):
-        return np.full_like(observation.room_misfit, MOST_MISFIT)
+        return np.full_like(observation.room_misfit, MAX_MISFIT)
 
     def smooth(observation):
         return np.zeros_like(observation.foreign_misfit)

@@ -1,4 +1,4 @@
-"""What a drawn object has in common with a picture: the native kernel and its twin, and sense."""
+"""Similarity of a drawn object and a picture: the native kernel and its twin, and sense."""
 
 import numpy as np
 import pytest

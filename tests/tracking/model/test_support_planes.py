@@ -1,4 +1,4 @@
-"""What a room offers to stand on, in a room with a table."""
+"""Surfaces to stand on in a room with a table."""
 
 from types import SimpleNamespace
 

@@ -90,7 +90,7 @@ def measured(evidence, drawn, world_from_object, *, is_round=False):
         world_from_camera=evidence.world_from_camera,
         outline=contour_of(drawn, camera, object_from_camera, limit=150, reach_px=6.0),
         texture=texture_points(
-            drawn, picture, camera, object_from_camera, limit=120, least_slope=0.01
+            drawn, picture, camera, object_from_camera, limit=120, min_slope=0.01
         ),
         textured=True,
         centre_m=CHAIR,

@@ -11,7 +11,7 @@ from scenes.cameras import Fisheye
 from scenes.frames import look_at
 from scenes.pose import Pose
 from tracking.solve.slide import (
-    LEAST_SHIFT_PX,
+    MIN_SHIFT_PX,
     STEEPEST_M,
     detail,
     shifted,
@@ -67,7 +67,7 @@ def test_a_silhouette_that_lies_well_is_left_alone():
     alpha = square(60, 60)
     assert silhouette_shift(seen(alpha), alpha) is None
     assert silhouette_shift(seen(square(61, 60)), alpha) is None
-    assert math.hypot(1, 0) < LEAST_SHIFT_PX
+    assert math.hypot(1, 0) < MIN_SHIFT_PX
 
 
 def test_what_is_hidden_speaks_neither_for_nor_against_a_place():

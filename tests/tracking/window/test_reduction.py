@@ -1,4 +1,4 @@
-"""What of a drawing is kept: the native kernels and their numpy twins."""
+"""Reduction of a rendering: the native kernels and their numpy twins."""
 
 import math
 
@@ -36,7 +36,7 @@ def matched(one, other):
 def test_kernels_keep_what_their_twins_keep(finer, away_m):
     drawn, camera, object_from_camera = drawing(finer, away_m=away_m)
     found = outlined_of(drawn, camera, object_from_camera, finer=finer)
-    wanted = reduction.outlined(drawn, camera, object_from_camera, finer=finer)
+    wanted = reduction.reduce_outline(drawn, camera, object_from_camera, finer=finer)
     assert found.part == wanted.part
     assert len(found.contour) >= 10
     for name in ("rgb", "alpha", "depth"):
@@ -49,7 +49,7 @@ def test_kernels_keep_what_their_twins_keep(finer, away_m):
         values = getattr(found.contour, name)[both], getattr(wanted.contour, name)[same]
         np.testing.assert_allclose(*values, atol=1e-4)
     looks = looks_of(wanted, wanted.drawn, WINDOW, object_from_camera)
-    twin = reduction.looks(wanted, wanted.drawn, WINDOW, object_from_camera)
+    twin = reduction.measure_looks(wanted, wanted.drawn, WINDOW, object_from_camera)
     assert looks.area_px == twin.area_px > 0
     np.testing.assert_allclose(looks.contour.colours, twin.contour.colours, atol=1e-5)
     np.testing.assert_allclose(looks.surface, twin.surface, atol=1e-9)
@@ -89,7 +89,7 @@ def test_an_empty_drawing_has_no_points():
         np.zeros((56, 72), np.float32),
     )
     found = outlined_of(empty, WINDOW, Pose.identity(), finer=1)
-    assert found.part == reduction.outlined(empty, WINDOW, Pose.identity(), finer=1).part
+    assert found.part == reduction.reduce_outline(empty, WINDOW, Pose.identity(), finer=1).part
     looks = looks_of(found, found.drawn, WINDOW, Pose.identity())
     assert (len(found.contour), len(looks.texture), len(looks.surface)) == (0, 0, 0)
     assert looks.area_px == 0

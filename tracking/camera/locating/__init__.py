@@ -1,1 +1,1 @@
-"""Where the 360° camera stands, from one picture of a known room and nothing else."""
+"""Pose of the 360° camera from one picture of a known room and nothing else."""

@@ -22,18 +22,17 @@ from scenes.pose import Pose
 from scenes.render.renderer import PosedSplats, Renderer
 from scenes.splats import SplatCloud
 from tracking.camera.lens_fit import calibrate_lenses
-from tracking.camera.locating.hypotheses import hypotheses, is_apart
-from tracking.camera.locating.refinement import Refined, refined
+from tracking.camera.locating.hypotheses import Refined, hypotheses, is_apart, refined
 from tracking.camera.locating.room_map import RoomMap, map_of
 
-LEAST_SHARE = 0.3
+MIN_SHARE = 0.3
 """Least share of the room's textured windows found at the end."""
 
-LEAST_ODDS_NATS = 3.0 * math.log(1000.0)
+MIN_ODDS_NATS = 3.0 * math.log(1000.0)
 """Least log odds of the best place to the next: a thousand to one, if three neighbouring windows
 that are hidden or look the same are so together."""
 
-NEAR_NATS = 10.0 * LEAST_ODDS_NATS
+NEAR_NATS = 10.0 * MIN_ODDS_NATS
 """Log likelihood ratio from which the last known place is taken without looking elsewhere."""
 
 ATTEMPTS = 3
@@ -45,12 +44,12 @@ MAP_SHARE, HYPOTHESES_SHARE = 0.5, 0.8
 
 
 NOWHERE = Refined(Pose.identity(), 0, 0)
-"""What is known before anything was looked at."""
+"""The hypothesis before any was refined."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Located:
-    """Where a camera stands.
+    """Pose of a camera in a known room, and how sure it is.
 
     Attributes:
         world_from_rig: the pose; not to be used if there is a refusal.
@@ -153,6 +152,7 @@ def locate_camera(
         ValueError: the room is too small to stand in, or nothing in it is free.
     """
     search = _Search(frame, room, renderer, objects)
+    is_cancelled = cancelled or _never
     if near_world_from_rig is not None:
         if progress is not None:
             progress(0.0, "looking where it stood")
@@ -173,22 +173,20 @@ def locate_camera(
                 objects=objects,
                 rng=rng,
                 progress=lambda share, what, report=report: report(MAP_SHARE * share, what),
-                cancelled=cancelled,
+                cancelled=is_cancelled,
             )
-        candidates = [] if room_map is None else hypotheses(room_map, frame)
-        for number, world_from_rig in enumerate(candidates):
-            if cancelled is not None and cancelled():
-                break
-            done = number / len(candidates)
-            report(MAP_SHARE + (HYPOTHESES_SHARE - MAP_SHARE) * done, "comparing places")
-            search.refine(world_from_rig)
-        if cancelled is not None and cancelled():
+        if room_map is not None:
+            search.refine_all(hypotheses(room_map, frame), report, is_cancelled)
+        if is_cancelled():
             return search.refused("it was cancelled")
         report(HYPOTHESES_SHARE, "refining")
-        located = search.judged()
-        if located.trusted:
+        if (located := search.judged()).trusted:
             break
     return located
+
+
+def _never() -> bool:
+    return False
 
 
 def best_of(found: Sequence[Refined]) -> tuple[Refined, float]:
@@ -216,28 +214,39 @@ class _Search:
         """Refine a hypothesis and weigh it."""
         self.found.append(refined(self._frame, world_from_rig, self._posed, self._renderer))
 
+    def refine_all(
+        self, poses: Sequence[Pose], report: Progress, is_cancelled: Callable[[], bool]
+    ) -> None:
+        """Refine and weigh hypotheses until that is cancelled, and report the share of them."""
+        for number, world_from_rig in enumerate(poses):
+            if is_cancelled():
+                return
+            done = number / len(poses)
+            report(MAP_SHARE + (HYPOTHESES_SHARE - MAP_SHARE) * done, "comparing places")
+            self.refine(world_from_rig)
+
     def judged(self) -> Located:
         """The best hypothesis, refined with the lenses, and whether it holds."""
         best, odds = best_of(self.found)
-        if best.nats < LEAST_ODDS_NATS:
+        if best.nats < MIN_ODDS_NATS:
             return self.refused(
                 "no place in the room accounts for the picture: is this the room, is it lit, and "
                 "is nobody right before the camera?"
             )
-        if odds < LEAST_ODDS_NATS:
+        if odds < MIN_ODDS_NATS:
             return self.refused(
                 f"another place looks nearly the same (log odds {odds:.0f}, wanted "
-                f"{LEAST_ODDS_NATS:.0f}): move the camera, or say where it stands",
+                f"{MIN_ODDS_NATS:.0f}): move the camera, or say where it stands",
                 odds,
             )
         fit = calibrate_lenses(
             [self._frame], best.world_from_rig, self._room, self._renderer, objects=self._objects
         )
         refusal = fit.refusal
-        if not fit.found_share > LEAST_SHARE:
+        if not fit.found_share > MIN_SHARE:
             refusal = (
                 f"{fit.found_share:.0%} of the room's details are in the picture, wanted "
-                f"{LEAST_SHARE:.0%}: is this the room, is it lit, and is nobody before the camera?"
+                f"{MIN_SHARE:.0%}: is this the room, is it lit, and is nobody before the camera?"
             )
         return Located(fit.world_from_rig, fit.sigma, odds, fit.found_share, fit.rig, refusal)
 

@@ -42,17 +42,17 @@ NEIGHBOURHOOD = 9
 """Side in steps of the square whose mean and contrast are taken out, odd: 34°, a picture on a wall
 or a piece of furniture; exposure, and the light of a window across the room, are larger."""
 
-LEAST_CONTRAST = 0.02
+MIN_CONTRAST = 0.02
 """Grey, 0..1, that is added to a neighbourhood's contrast: a blank wall's, whose shades are no
 details, is about as large."""
 
-LEAST_COVERAGE = 0.5
+MIN_COVERAGE = 0.5
 """Least alpha of a drawn pixel that counts: merged splats leave gaps in what is solid."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Panorama:
-    """What is seen all around.
+    """Low-resolution panorama.
 
     Attributes:
         details: (ROWS, COLUMNS) grey against its neighbourhood, in its contrasts.
@@ -95,7 +95,7 @@ def panorama_of(grey: FloatArray, usable: NDArray[np.bool_]) -> Panorama:
     share: FloatArray = np.maximum(box_blurred(mask, NEIGHBOURHOOD), np.float32(1e-6))
     mean = box_blurred(mask * fine, NEIGHBOURHOOD) / share
     square = box_blurred(mask * fine * fine, NEIGHBOURHOOD) / share
-    contrast = np.sqrt(np.maximum(square - mean * mean, 0.0)) + np.float32(LEAST_CONTRAST)
+    contrast = np.sqrt(np.maximum(square - mean * mean, 0.0)) + np.float32(MIN_CONTRAST)
     details = ((fine - mean) / contrast)[inner]
     solid = np.cos(LOWEST_RAD + STEP_RAD * np.arange(ROWS))[:, None]
     return Panorama(
@@ -110,7 +110,7 @@ def _beyond(picture: FloatArray, side: int) -> FloatArray:
 
 
 def live_panorama(frame: Frame, world_from_rig: Pose) -> Panorama:
-    """What a camera sees if it is turned like this; where it stands doesn't matter.
+    """Panorama of a camera's live pictures, turned like this; its position doesn't matter.
 
     Args:
         frame: pictures of all lenses.
@@ -157,7 +157,7 @@ def _up_lens() -> tuple[Fisheye, FloatArray, FloatArray]:
 
 
 def drawn_panorama(posed: tuple[PosedSplats, ...], renderer: Renderer, place: Points) -> Panorama:
-    """What is seen of splats from a place.
+    """Panorama of splats from a place.
 
     Args:
         posed: what is drawn.
@@ -172,5 +172,5 @@ def drawn_panorama(posed: tuple[PosedSplats, ...], renderer: Renderer, place: Po
     picture, alpha = (cv2.blur(a, (2, 2)) for a in (picture, rendering.alpha))
     grey, coverage = (cv2.remap(a, x, y, cv2.INTER_LINEAR) for a in (picture, alpha))
     return panorama_of(
-        np.asarray(grey, np.float32), np.asarray(coverage, np.float32) > LEAST_COVERAGE
+        np.asarray(grey, np.float32), np.asarray(coverage, np.float32) > MIN_COVERAGE
     )

@@ -1,4 +1,4 @@
-"""What a 360° camera sees from all over a room, compared with pictures at all turns at once."""
+"""Panoramas drawn from all over a room, compared with live pictures at all turns at once."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ place in all at 0.4 and in 31 at 0.5, in the 68 pictures of their single lenses 
 HEIGHTS_M = (0.3, 2.2)
 """Least and most height of a camera over the floor, metres."""
 
-LEAST_CLEARANCE_M = 0.15
+MIN_CLEARANCE_M = 0.15
 """Least distance from a place to the nearest surface, metres."""
 
 MERGE_M = 0.1
 """Side of the cubes in which splats are drawn as one, metres: 3° at 2 m. From 0.05 to 0.12 the
 score at the true place is the same to 0.03, and 0.01 above that of all splats."""
 
-MOST_PLACES = 3000
+MAX_PLACES = 3000
 """Places at most; in a hall they are farther apart."""
 
 
@@ -109,19 +109,19 @@ def free_places(room: SplatCloud, rng: np.random.Generator) -> Points:
     count: int = around.distance_m.shape[2]
     steps = np.arange(count, dtype=np.float64) + 0.5
     levels = float(around.low_m[2]) + around.cell_m * steps
-    free = (around.distance_m > LEAST_CLEARANCE_M) & around.floor[:, :, None]
+    free = (around.distance_m > MIN_CLEARANCE_M) & around.floor[:, :, None]
     free &= (levels > HEIGHTS_M[0]) & (levels < HEIGHTS_M[1])
     cells = np.argwhere(free)
     if not len(cells):
         raise ValueError(
             f"nowhere between {HEIGHTS_M[0]} and {HEIGHTS_M[1]} m above the floor are "
-            f"{LEAST_CLEARANCE_M} m free on all sides, so no camera can stand there; is the unit "
+            f"{MIN_CLEARANCE_M} m free on all sides, so no camera can stand there; is the unit "
             "right?"
         )
     stride = max(1, round(GRID_M / around.cell_m))
     while True:
         on_grid = ((cells + rng.integers(stride, size=3)) % stride == 0).all(axis=1)
-        if on_grid.any() and np.count_nonzero(on_grid) <= MOST_PLACES:
+        if on_grid.any() and np.count_nonzero(on_grid) <= MAX_PLACES:
             return around.low_m + around.cell_m * (cells[on_grid] + 0.5)
         stride = stride + 1 if on_grid.any() else max(1, stride - 1)
 

@@ -15,7 +15,7 @@ type Flags<'py> = PyReadonlyArrayDyn<'py, bool>;
 type Flat<'py, T> = Bound<'py, PyArray1<T>>;
 type LearnedArrays<'py> = (Flat<'py, f32>, Flat<'py, f32>, Flat<'py, bool>);
 
-/// Constants of learning, as `tracking.learn` gathers them.
+/// Constants of learning, as `tracking.kernels.background` gathers them.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 struct Constants {

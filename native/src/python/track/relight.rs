@@ -11,7 +11,7 @@ use crate::render::alone::Drawing;
 use crate::track::appearance::light_fit::{Light, LightModel};
 use crate::track::appearance::relight::{light_of, relit, Drawn};
 
-/// The constants of `tracking.relight`.
+/// The constants of relighting in `tracking.kernels.photometry`.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct LightConstants {
@@ -83,7 +83,7 @@ impl Pictures {
     }
 }
 
-/// Estimates the light in which an object is seen; the twin is `tracking.relight.LitView`.
+/// Estimates the light in which an object is seen; the twin is `tracking.model.relighting.LitView`.
 #[pyclass(frozen, module = "scenes._native", name = "Relighter")]
 pub struct Relighter {
     model: LightModel,

@@ -13,7 +13,7 @@ use crate::track::picture::shrunk;
 
 type Floats<'py> = PyReadonlyArrayDyn<'py, f32>;
 
-/// The constants of `tracking.resemblance`.
+/// The constants of similarity in `tracking.kernels.photometry`.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 struct Constants {

@@ -2,7 +2,7 @@
 //! by channel, so that several pixels are computed at once.
 //! `tracking/likelihood/numpy_twin.py` says the same.
 
-use crate::track::appearance::relight::{LEAST_ALPHA, LENS_BLUR_PX, LENS_TAPS};
+use crate::track::appearance::relight::{LENS_BLUR_PX, LENS_TAPS, MIN_ALPHA};
 use crate::track::picture::{filtered, gaussian, shrunk};
 
 /// A window's pictures, interleaved colours or one value per pixel, rows of `width` pixels.
@@ -118,7 +118,7 @@ pub fn seen(drawn: &Drawn, part: Part, least_known: f32) -> Seen {
         for (axis, &known) in facing.iter_mut().zip(&known) {
             // The foot has no normals: it was scanned with the shadow it stood in.
             let is_known = known > least_known;
-            let towards = 2.0 * *axis / known.max(LEAST_ALPHA) - 1.0;
+            let towards = 2.0 * *axis / known.max(MIN_ALPHA) - 1.0;
             *axis = if is_known { towards } else { 0.0 };
         }
         facing

@@ -6,7 +6,7 @@ const UNKNOWNS: usize = 7;
 
 type Row = [f64; UNKNOWNS];
 
-/// The constants of `tracking.relight`.
+/// The constants of relighting in `tracking.kernels.photometry`.
 #[derive(Clone, Copy)]
 pub struct LightModel {
     pub residual_scale: f64,

@@ -1,5 +1,5 @@
 //! The appearance memory: an earlier live picture of an object replaces colours of its rendering.
-//! The NumPy reference is `tracking/portrait.py`.
+//! The NumPy reference is `tracking/evidence/appearance_memory.py`.
 
 use crate::camera::lens::Lens;
 use crate::track::contour::{lifted, Drawn};

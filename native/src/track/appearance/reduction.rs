@@ -1,5 +1,5 @@
 //! What of a drawing is kept: its outline, its picture at the window's own pixels, points on it.
-//! `tracking/reduction.py` says the same.
+//! `tracking/window/reduction.py` says the same.
 
 use crate::camera::lens::Lens;
 use crate::track::contour::{along, contour, lifted, Contour, Drawn};
@@ -16,10 +16,10 @@ const BLUR_PX: f32 = 0.8;
 const BLUR_TAPS: usize = 7;
 /// The colour inside a contour is taken at most so far from it, px, where so much is covered.
 const DEEP_PX: f64 = 2.0;
-const LEAST_COVERED: f32 = 0.3;
-const LEAST_ALPHA: f32 = 1e-6;
+const MIN_COVERED: f32 = 0.3;
+const MIN_ALPHA: f32 = 1e-6;
 
-/// How much is kept of a drawing; see `tracking.reduction`.
+/// How much is kept of a drawing; see `tracking.kernels.reduction`.
 #[derive(Clone, Copy)]
 pub struct OutlineModel {
     /// Pixels of the drawing, each way, per pixel of the window.
@@ -126,7 +126,7 @@ fn seen(drawn: &Drawn<'_>, part: [usize; 4], finer: usize) -> [Vec<f32>; 3] {
     let alpha = shrunk::<1>(&alpha, size, finer);
     let mut depth = shrunk::<1>(&depth, size, finer);
     for (depth, alpha) in depth.iter_mut().zip(&alpha) {
-        *depth /= alpha.max(LEAST_ALPHA);
+        *depth /= alpha.max(MIN_ALPHA);
     }
     [shrunk::<3>(&rgb, size, finer), alpha, depth]
 }
@@ -193,7 +193,7 @@ pub fn looks<L: Lens>(drawn: &Drawn<'_>, lens: &L, line: Line<'_>, model: &Surfa
     let mut found = Looks::default();
     for ((&pixel, normal), inner) in line.pixels.iter().zip(line.normals).zip(line.inner) {
         let deep = along(pixel, [-normal[0], -normal[1]], (0.5 * inner).min(DEEP_PX));
-        let covered = drawn.alpha.sample(deep)[0].max(LEAST_COVERED);
+        let covered = drawn.alpha.sample(deep)[0].max(MIN_COVERED);
         let seen = drawn.rgb.sample(deep);
         found
             .contour_colours

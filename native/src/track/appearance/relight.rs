@@ -1,15 +1,15 @@
 //! In what light an object is seen: how much lighter each side is than it was scanned.
-//! `tracking/relight.py` says the same.
+//! `tracking/model/relighting.py` says the same.
 
 use crate::scene::cloud::Cloud;
 use crate::track::appearance::light_fit::{fitted, Light, LightModel, Sample};
 use crate::track::picture::{filtered, gaussian};
 
-/// Standard deviation of the lens's blur, px, and the taps of its filter; as in `tracking.resemblance`.
+/// Standard deviation of the lens's blur, px, and the taps of its filter; as in `tracking.model.similarity`.
 pub const LENS_BLUR_PX: f32 = 0.6;
 pub const LENS_TAPS: usize = 5;
 /// Where less of the object is drawn, the direction in which it faces is not known.
-pub const LEAST_ALPHA: f32 = 1e-3;
+pub const MIN_ALPHA: f32 = 1e-3;
 /// Value of the first spherical harmonic: what a colour of 1 is divided by.
 const SH_C0: f32 = 0.282_094_8;
 
@@ -35,7 +35,7 @@ impl Drawn<'_> {
     /// Where what a pixel shows faces.
     #[inline(always)]
     fn facing(&self, pixel: usize) -> [f64; 3] {
-        let covered = self.alpha[pixel].max(LEAST_ALPHA);
+        let covered = self.alpha[pixel].max(MIN_ALPHA);
         std::array::from_fn(|axis| f64::from(self.compass[3 * pixel + axis] / covered * 2.0 - 1.0))
     }
 

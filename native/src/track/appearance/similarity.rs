@@ -1,5 +1,5 @@
 //! Similarity score of a small object that is rendered over the background and the live picture.
-//! The NumPy reference is `tracking/resemblance.py`.
+//! The NumPy reference is `tracking/model/similarity.py`.
 
 use std::sync::OnceLock;
 
@@ -16,7 +16,7 @@ const DETAIL_TAPS: usize = 19;
 const CLOSE_PX: f32 = 1.0;
 const CLOSE_TAPS: usize = 7;
 /// Smallest sum of squares that a correlation divides by.
-const LEAST_POWER: f32 = 1e-6;
+const MIN_POWER: f32 = 1e-6;
 
 /// Constants of `tracking.resemblance`, under their names there: the colour distance at which a
 /// pixel counts as half changed, the alpha above which it shows the object, and pixels of doubt.
@@ -209,7 +209,7 @@ fn detail_correlation(first: &[f32], second: &[f32], weight: &[f32]) -> f64 {
         both += f64::from(weight * shared);
         power += f64::from(weight * own);
     }
-    2.0 * both / power.max(f64::from(LEAST_POWER))
+    2.0 * both / power.max(f64::from(MIN_POWER))
 }
 
 #[cfg(test)]

@@ -1,5 +1,5 @@
-//! What a window of a lens picture shows that the empty room does not: `tracking.reference_change`
-//! says the same in numpy.
+//! What a window of a lens picture shows that the empty room does not.
+//! `tracking.solve.numpy_twin.change` says the same in numpy.
 
 use std::ops::Range;
 

@@ -1,5 +1,5 @@
-//! What some rows of a lens picture show of the empty room: `tracking.reference.learned_rows` says
-//! the same in numpy.
+//! What some rows of a lens picture show of the empty room.
+//! `tracking.solve.numpy_twin.learned_rows` says the same in numpy.
 
 use crate::track::background::expected::Exposure;
 use crate::track::picture::{filtered, slopes};

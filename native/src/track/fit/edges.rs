@@ -1,4 +1,4 @@
-//! Where a live window puts the edges of an object's contour: `tracking.reference_edges` says the
+//! Where a live window puts the edges of an object's contour: `tracking.likelihood.edges` says the
 //! same in numpy, and says why.
 
 use crate::track::contour::along;
@@ -11,7 +11,7 @@ pub const CHANNELS: usize = 8;
 const OWN: usize = 4;
 const HIDDEN: usize = 5;
 
-/// Constants of `tracking.observe`, under their names there.
+/// Constants of `tracking.kernels.options`, under their names there.
 #[derive(Clone, Copy)]
 pub struct EdgeModel {
     pub sample_step_px: f64,

@@ -1,4 +1,5 @@
-//! Scores of a pose in one window. The NumPy reference, which says why, is `tracking.judgement`.
+//! Scores of a pose in one window. The NumPy reference, which says why, is
+//! `tracking.likelihood.contour_support`.
 
 use crate::camera::lens::Lens;
 use crate::track::exponential::exp;
@@ -12,7 +13,7 @@ const FOREGROUND: usize = 3;
 const OWN: usize = 4;
 const HIDDEN: usize = 5;
 
-/// Constants of `tracking.judgement`, under their names there.
+/// Constants of `tracking.likelihood.contour_support`, under their names there.
 #[derive(Clone, Copy)]
 pub struct JudgeModel {
     pub reach_px: f64,
@@ -31,7 +32,7 @@ pub struct Surface<'a> {
     pub colours: &'a [f32],
 }
 
-/// What was found, as in `tracking.judgement`.
+/// What was found, as in `tracking.likelihood.contour_support`.
 pub struct Judgement {
     /// Share of contour points with an edge within `agree_px`.
     pub inlier_ratio: f64,

@@ -1,6 +1,6 @@
 //! A lens's exposure from scattered pixels, and mean colours of patches that are at rest.
 
-use crate::track::fit::solve::median;
+use crate::track::rigid::dot;
 
 /// Gain, falloff and offset of one channel: `seen ≈ background · (gain + falloff · r²) + offset`, robust
 /// against pixels that show something else (Geman-McClure, its scale shrinking with the residuals).
@@ -83,6 +83,54 @@ pub fn patch_means<'a>(
         means.extend(sums.map(|sum| sum as f32 * share));
     }
     means
+}
+
+/// Robust shared gain and per-channel level of seen ≈ gain · drawn + level.
+#[inline(always)]
+pub fn gain_and_level(drawn: &[[f64; 3]], seen: &[[f64; 3]]) -> (f64, [f64; 3]) {
+    let mut weight = vec![1.0; drawn.len()];
+    let mut off = vec![0.0; drawn.len()];
+    let (mut gain, mut level) = (1.0, [0.0; 3]);
+    for _ in 0..4 {
+        let total = weight.iter().sum::<f64>().max(1e-9);
+        let (mut mean_drawn, mut mean_seen) = ([0.0; 3], [0.0; 3]);
+        for ((d, s), w) in drawn.iter().zip(seen).zip(&weight) {
+            for channel in 0..3 {
+                mean_drawn[channel] += w * d[channel] / total;
+                mean_seen[channel] += w * s[channel] / total;
+            }
+        }
+        let (mut spread, mut shared) = (0.0, 0.0);
+        for ((d, s), w) in drawn.iter().zip(seen).zip(&weight) {
+            for channel in 0..3 {
+                let a = d[channel] - mean_drawn[channel];
+                spread += w * a * a;
+                shared += w * a * (s[channel] - mean_seen[channel]);
+            }
+        }
+        gain = (shared / spread.max(1e-6)).clamp(0.3, 1.8);
+        level = std::array::from_fn(|k| mean_seen[k] - gain * mean_drawn[k]);
+        for ((d, s), off) in drawn.iter().zip(seen).zip(&mut off) {
+            let apart: [f64; 3] = std::array::from_fn(|k| s[k] - gain * d[k] - level[k]);
+            *off = dot(apart, apart).sqrt();
+        }
+        let scale = (1.5 * median(&off)).max(0.03);
+        for (weight, off) in weight.iter_mut().zip(&off) {
+            *weight = 1.0 / (1.0 + (off / scale) * (off / scale));
+        }
+    }
+    (gain, level)
+}
+
+/// The middle value, or the mean of the two in the middle.
+pub fn median(values: &[f64]) -> f64 {
+    let mut sorted = values.to_vec();
+    let middle = sorted.len() / 2;
+    let (below, &mut upper, _) = sorted.select_nth_unstable_by(middle, f64::total_cmp);
+    match values.len() % 2 {
+        1 => upper,
+        _ => 0.5 * (upper + below.iter().copied().fold(f64::NEG_INFINITY, f64::max)),
+    }
 }
 
 #[cfg(test)]

@@ -1,8 +1,9 @@
-//! Robust Gauss-Newton on an object's contour, texture and prior: `tracking.reference` says the same
-//! in numpy.
+//! Robust Gauss-Newton on an object's contour, texture and prior: `tracking.solve.numpy_twin` says
+//! the same in numpy.
 
 use crate::camera::lens::Lens;
 use crate::track::fit::edges::{edge_at, Edge, EdgeModel, Path, Place, CHANNELS};
+use crate::track::fit::light::{gain_and_level, median};
 use crate::track::picture::Picture;
 use crate::track::rigid::{
     cross, dot, in_frame, product, rotation_vector, times, transposed, turn, Rigid,
@@ -40,7 +41,7 @@ pub struct Prior {
     pub silhouette_bias: f64,
 }
 
-/// Constants of `tracking.solve`, under their names there.
+/// Constants of `tracking.kernels.options`, under their names there.
 #[derive(Clone, Copy)]
 pub struct SolveModel {
     pub edges: EdgeModel,
@@ -307,54 +308,6 @@ impl<L: Lens> Problem<'_, L> {
 fn tukey(relative: f64) -> f64 {
     let inside = (1.0 - relative * relative).max(0.0);
     inside * inside
-}
-
-/// Robust shared gain and per-channel level of seen ≈ gain · drawn + level.
-#[inline(always)]
-fn gain_and_level(drawn: &[[f64; 3]], seen: &[[f64; 3]]) -> (f64, [f64; 3]) {
-    let mut weight = vec![1.0; drawn.len()];
-    let mut off = vec![0.0; drawn.len()];
-    let (mut gain, mut level) = (1.0, [0.0; 3]);
-    for _ in 0..4 {
-        let total = weight.iter().sum::<f64>().max(1e-9);
-        let (mut mean_drawn, mut mean_seen) = ([0.0; 3], [0.0; 3]);
-        for ((d, s), w) in drawn.iter().zip(seen).zip(&weight) {
-            for channel in 0..3 {
-                mean_drawn[channel] += w * d[channel] / total;
-                mean_seen[channel] += w * s[channel] / total;
-            }
-        }
-        let (mut spread, mut shared) = (0.0, 0.0);
-        for ((d, s), w) in drawn.iter().zip(seen).zip(&weight) {
-            for channel in 0..3 {
-                let a = d[channel] - mean_drawn[channel];
-                spread += w * a * a;
-                shared += w * a * (s[channel] - mean_seen[channel]);
-            }
-        }
-        gain = (shared / spread.max(1e-6)).clamp(0.3, 1.8);
-        level = std::array::from_fn(|k| mean_seen[k] - gain * mean_drawn[k]);
-        for ((d, s), off) in drawn.iter().zip(seen).zip(&mut off) {
-            let apart: [f64; 3] = std::array::from_fn(|k| s[k] - gain * d[k] - level[k]);
-            *off = dot(apart, apart).sqrt();
-        }
-        let scale = (1.5 * median(&off)).max(0.03);
-        for (weight, off) in weight.iter_mut().zip(&off) {
-            *weight = 1.0 / (1.0 + (off / scale) * (off / scale));
-        }
-    }
-    (gain, level)
-}
-
-/// The middle value, or the mean of the two in the middle.
-pub fn median(values: &[f64]) -> f64 {
-    let mut sorted = values.to_vec();
-    let middle = sorted.len() / 2;
-    let (below, &mut upper, _) = sorted.select_nth_unstable_by(middle, f64::total_cmp);
-    match values.len() % 2 {
-        1 => upper,
-        _ => 0.5 * (upper + below.iter().copied().fold(f64::NEG_INFINITY, f64::max)),
-    }
 }
 
 /// x of a · x = b for a symmetric, positive a (Cholesky).

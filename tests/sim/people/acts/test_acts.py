@@ -1,4 +1,4 @@
-"""What people do, in a room of boxes and in the same room as a scan shows it."""
+"""Actions of people, in a room of boxes and in the same room as a scan shows it."""
 
 import math
 from dataclasses import replace

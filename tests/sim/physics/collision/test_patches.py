@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sim.physics.collision.depths import BACK_GAP_M, SEAM_M, smoothed, with_depths
+from sim.physics.collision.depths import BACK_GAP_M, SEAM_M, smooth, with_depths
 from sim.physics.collision.grid import Grid, cut_at_grid, grid_along_walls
 from sim.physics.collision.patches import CELL_M, DEPTH_M, fit_patches
 from sim.physics.collision.surface import surface_of
@@ -50,7 +50,7 @@ def test_noise_moves_a_face_by_less_than_itself(seed):
     low, high = (0.0, 0.0, 0.0), (1.5, 1.0, 0.75)
     scan = scan_like(block(low, high), edge_m=0.05, noise_m=0.004, seed=seed)
     patches = patches_of(scan)
-    patches = smoothed(patches, patches)
+    patches = smooth(patches, patches)
     large = patches.area_m2 > 0.02
     assert large.sum() > 50
     off = np.abs(distance_to_block(patches.centre[large], low, high))
@@ -63,7 +63,7 @@ def test_noise_moves_a_face_by_less_than_itself(seed):
 def test_a_patch_goes_on_where_the_surface_does_and_only_there():
     top = block((0.0, 0.0, 0.0), (1.0, 1.0, 0.5))
     patches = patches_of(top)
-    larger = smoothed(patches, patches)
+    larger = smooth(patches, patches)
     up = larger.normal[:, 2] > 0.9
     reach = larger.centre[up, :2]
     extent = np.abs(

@@ -1,4 +1,4 @@
-"""What only a scan knows stands in the simulated room: by its parts, with its guessed mass."""
+"""Objects that only a scan knows stand in the simulated room, with parts and a guessed mass."""
 
 from dataclasses import replace
 

@@ -33,7 +33,7 @@ def cube(object_id, place, side_m=0.3):
 
 
 def shell(item, gap_m):
-    """What a scan that saw the object shows of it: its surface, a little too large."""
+    """Surface of the object in a scan that saw it, a little too large."""
     half = 0.5 * np.asarray(item.box_m) + gap_m
     middle = np.add(item.world_from_object.translation, (0, 0, 0.5 * item.box_m[2]))
     return scan_like(block(middle - half, middle + half), edge_m=0.05, noise_m=0.001, seed=1)

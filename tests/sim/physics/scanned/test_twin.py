@@ -136,7 +136,7 @@ def test_a_surface_that_appears_in_something_lifts_it_gently():
 
 
 def test_more_new_patches_than_spares_go_on_with_a_new_model(surface, monkeypatch):
-    monkeypatch.setattr("sim.physics.collision.static_geoms.LEAST_SPARES", 2)
+    monkeypatch.setattr("sim.physics.collision.static_geoms.MIN_SPARES", 2)
     twin = Twin(surface_of(ROOM), (carton("c", (3.0, 2.0, 0.5)),))
     twin.throw("c", np.array([-1.0, 0.0, 0.0]))
     twin.step(SECOND_NS // 10)

@@ -6,7 +6,7 @@ import pytest
 from scenes.mesh import BoxPart, PhysicalObject
 from scenes.pose import Pose
 from sim.physics.collision.heights import height_below
-from sim.physics.collision.orientation import turned_to_free_side
+from sim.physics.collision.orientation import turn_to_free_side
 from sim.physics.collision.surface import surface_of
 from sim.physics.moving.people import HandTarget, People, PersonTarget
 from sim.physics.moving.primitives import Primitive, Shape
@@ -123,8 +123,8 @@ def test_turned_triangles_are_turned_back():
     some = rng.random(len(ROOM)) < 0.4
     mixed = np.where(some[:, None, None], ROOM[:, ::-1], ROOM)
     for faulty in (mixed, ROOM[:, ::-1]):
-        fixed = turned_to_free_side(faulty)
+        fixed = turn_to_free_side(faulty)
         up = np.cross(fixed[:, 1] - fixed[:, 0], fixed[:, 2] - fixed[:, 0])
         inward = np.einsum("nk,nk->n", up, (2.0, 1.5, 1.25) - fixed.mean(axis=1))
         assert (inward > 0.0).all()
-    assert len(turned_to_free_side(np.zeros((3, 3, 3)))) == 0
+    assert len(turn_to_free_side(np.zeros((3, 3, 3)))) == 0

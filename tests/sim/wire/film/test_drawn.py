@@ -7,8 +7,7 @@ from devices.messages import EncodedFrame
 from devices.video import H264Decoder
 from scenes.samples import sample_room
 from sim.scenarios.scenario import load_scenario
-from sim.wire.faults.reading import read_fault
-from sim.wire.faults.schedule import film_faults
+from sim.wire.faults import film_faults, read_fault
 from sim.wire.film.drawn import FilmOptions, draw_film, filmed_scenario
 from sim.wire.film.film_file import cached_film, read_film
 from sim.wire.film.layouts import Layout

@@ -86,5 +86,5 @@ def test_the_films_used_longest_ago_make_room(tmp_path):
         cached_film(tmp_path, name, lambda folder: fill(folder, 1000))
         os.utime(tmp_path / name, (1e9 - age, 1e9 - age))
     size = sum(file.stat().st_size for file in (tmp_path / "new").iterdir())
-    cached_film(tmp_path, "newest", lambda folder: fill(folder, 1000), most_bytes=2 * size + 100)
+    cached_film(tmp_path, "newest", lambda folder: fill(folder, 1000), max_bytes=2 * size + 100)
     assert {folder.name for folder in tmp_path.iterdir()} == {"new", "newest"}

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sim.wire.flv_packets import nal_units
-from sim.wire.rtsp.packets import MOST_BYTES, Packetiser, session_description
+from sim.wire.rtsp.packets import MAX_BYTES, Packetiser, session_description
 
 UNITS = st.lists(
     st.builds(
@@ -47,7 +47,7 @@ def test_what_is_packed_is_unpacked(units, first, t_ns):
     packetiser = Packetiser(0x12345678, first, 5)
     packets = list(packetiser.packets_of(annex_b, t_ns))
     assert unpacked(packets) == nal_units(annex_b) == units
-    assert all(len(packet) <= MOST_BYTES for packet in packets)
+    assert all(len(packet) <= MAX_BYTES for packet in packets)
     numbers = [int.from_bytes(packet[2:4], "big") for packet in packets]
     assert numbers == [(first + k) % 65536 for k in range(len(packets))]
     assert [packet[1] >> 7 for packet in packets] == [0] * (len(packets) - 1) + [1]

@@ -3,8 +3,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sim.wire.rtsp.requests import (
-    MOST_BODY_BYTES,
-    MOST_HEADER_BYTES,
+    MAX_BODY_BYTES,
+    MAX_HEADER_BYTES,
     Interleaved,
     Request,
     RequestReader,
@@ -39,11 +39,11 @@ def test_in_any_pieces_the_same_comes_out(sizes):
         (b"PLAY * RTSP/1.0\r\nCSeq: 1\r\nno header\r\n\r\n", "no header"),
         (b"PLAY * RTSP/1.0\r\nCSeq: 1\r\nContent-Length: -1\r\n\r\n", "Content-Length"),
         (
-            b"PLAY * RTSP/1.0\r\nCSeq: 1\r\nContent-Length: %d\r\n\r\n" % (MOST_BODY_BYTES + 1),
+            b"PLAY * RTSP/1.0\r\nCSeq: 1\r\nContent-Length: %d\r\n\r\n" % (MAX_BODY_BYTES + 1),
             "at most",
         ),
         (b"PLAY * RTSP/1.0\r\n" + b"A: b\r\n" * 65 + b"\r\n", "65 headers"),
-        (b"A" * (MOST_HEADER_BYTES + 5), "no end"),
+        (b"A" * (MAX_HEADER_BYTES + 5), "no end"),
     ],
 )
 def test_what_is_no_request_is_refused(data, why):

@@ -136,7 +136,7 @@ def test_a_player_that_leaves_ends_its_viewing(player, viewing):
 
 
 def test_there_is_a_limit_of_players(server):
-    players = [Player(server) for _ in range(module.MOST_CLIENTS)]
+    players = [Player(server) for _ in range(module.MAX_CLIENTS)]
     for player in players:
         assert player.ask("OPTIONS")[0] == 200
     late = socket.create_connection(server.address, 5)

@@ -5,8 +5,7 @@ import pytest
 
 from devices.clock import WallClock
 from devices.video import H264Encoder
-from sim.wire.faults.reading import read_fault
-from sim.wire.faults.schedule import FaultSchedule
+from sim.wire.faults import FaultSchedule, read_fault
 from sim.wire.feed import numbered_pictures
 from sim.wire.film.film import FilmFormat
 from sim.wire.film.film_file import FilmWriter, read_film

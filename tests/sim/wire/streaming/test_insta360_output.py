@@ -1,4 +1,4 @@
-"""What a receiver of an Insta360 camera meets while the simulated one fails."""
+"""A receiver of an Insta360 camera while the simulated one fails."""
 
 import http.client
 import itertools

@@ -3,9 +3,9 @@ import itertools
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sim.wire.faults.units import OutgoingUnit
 from sim.wire.streaming import outbox as module
 from sim.wire.streaming.outbox import Outbox
+from sim.wire.unit_faults import OutgoingUnit
 
 
 def unit(number, *, keyframe=False, send_ns=0, size=1, taken_ns=0):
@@ -61,8 +61,8 @@ def test_a_receiver_that_is_too_slow_misses_pictures_instead_of_seeing_old_ones(
 
 @given(st.lists(st.tuples(st.booleans(), st.integers(1, 9)), max_size=80))
 def test_it_stays_bounded_and_what_leaves_can_be_decoded(puts):
-    limits = module.MOST_UNITS, module.MOST_BYTES
-    module.MOST_UNITS, module.MOST_BYTES = 6, 40
+    limits = module.MAX_UNITS, module.MAX_BYTES
+    module.MAX_UNITS, module.MAX_BYTES = 6, 40
     try:
         box = opened()
         left = []
@@ -74,7 +74,7 @@ def test_it_stays_bounded_and_what_leaves_can_be_decoded(puts):
         while (taken := take(box)) is not None:
             left.append(taken)
     finally:
-        module.MOST_UNITS, module.MOST_BYTES = limits
+        module.MAX_UNITS, module.MAX_BYTES = limits
     assert len(left) + box.dropped == len(puts)
     assert all(b.keyframe or b.number == a.number + 1 for a, b in itertools.pairwise(left))
     assert not left or left[0].keyframe

@@ -1,4 +1,4 @@
-"""What a receiver of RTMP meets when the simulated camera fails in each way it can."""
+"""A receiver of RTMP when the simulated camera fails in each way it can."""
 
 import itertools
 import time

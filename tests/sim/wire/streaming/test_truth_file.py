@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 from scenes.pose import Pose
-from sim.wire.faults.units import OutgoingUnit
 from sim.wire.film.film import PictureTruth
 from sim.wire.streaming.truth_file import PictureTime, TruthWriter, read_truth
+from sim.wire.unit_faults import OutgoingUnit
 
 
 @pytest.fixture

@@ -53,13 +53,13 @@ def seen(table):
 
 @pytest.fixture(scope="session")
 def there():
-    """Where the camera of most tests stands."""
+    """Pose of the camera in most tests."""
     return standing((0.55, -0.75, 1.35), 130.0, 6.0)
 
 
 @pytest.fixture(scope="session")
 def frame(seen, there):
-    """What it sees there."""
+    """Its pictures there."""
     return seen(there)
 
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from scenes.pose import Pose, rotation_angle
+from tracking.camera.locating.hypotheses import Refined
 from tracking.camera.locating.locate import best_of, locate_camera, prepare_map
-from tracking.camera.locating.refinement import Refined
 
 
 def left_of(result, true):

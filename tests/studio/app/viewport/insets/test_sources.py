@@ -9,8 +9,7 @@ from scenes.cameras import Pinhole
 from scenes.frames import look_at
 from scenes.pose import Pose
 from scenes.state import Avatar, SceneState
-from sim.people.posture import PART_NAMES, Posture, part_poses
-from sim.rehearsal import _head_camera
+from sim.people.posture import PART_NAMES, Posture, head_camera, part_poses
 from studio.app.model.documents.document import Document, Primitive, TwinEdits
 from studio.app.viewport.drawing.scene_drawing import SceneDrawing
 from studio.app.viewport.drawing.shapes import Shown, shapes_of
@@ -41,7 +40,7 @@ def test_the_head_of_a_person_of_a_scenario_is_taken_between_the_eyes():
     hands = np.array([0.0, 0.2, 0.8]), np.array([0.0, -0.2, 0.8])
     posture = Posture(np.array([1.0, 2.0]), 0.5 * np.pi, 0.0, 0.0, 0.0, 0.0, *hands)
     neck = part_poses(posture)[PART_NAMES.index("head")]
-    eyes = _head_camera(neck)
+    eyes = head_camera(neck)
     assert eyes.translation[2] - neck.translation[2] == pytest.approx(0.13, abs=0.005)
     assert 1.5 < eyes.translation[2] < 1.75
     assert eyes.rotation[:, 2] == pytest.approx([0.0, 1.0, 0.0], abs=1e-9)  # looks along +y

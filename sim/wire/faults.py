@@ -1,11 +1,14 @@
-"""Faults on the wire: which there are, when they are there, and what a moment is like with them."""
+"""Faults on the wire: which there are, as a person writes them, and the state at any moment."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+import tomllib
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from pathlib import Path
+from typing import Any, cast
 
 from sim.faults.bump import Bump
 from sim.faults.exposure import Exposure
@@ -16,7 +19,7 @@ NANOSECONDS = 1_000_000_000
 
 
 class FaultKind(StrEnum):
-    """What can go wrong."""
+    """Kinds of faults on the wire."""
 
     DELAY = "delay"
     JITTER = "jitter"
@@ -37,7 +40,7 @@ FILMED = frozenset({FaultKind.BUMP, FaultKind.LIGHT})
 
 @dataclass(frozen=True, slots=True)
 class FaultRange:
-    """What a fault's size may be.
+    """Range of a fault's size.
 
     Attributes:
         unit: of the size, empty where it has none.
@@ -74,7 +77,7 @@ the factor by which there is more of it, within the exposure fault's ±4 EV."""
 LONGEST_S = 24 * 3600.0
 """Latest time of a fault, seconds: a day of streaming."""
 
-MOST_FAULTS = 1000
+MAX_FAULTS = 1000
 """Faults in one schedule."""
 
 
@@ -126,7 +129,7 @@ class WireFault:
 
 @dataclass(frozen=True, slots=True)
 class WireState:
-    """What a moment is like.
+    """State of the wire at one moment.
 
     Attributes:
         delay_s: every picture is sent that much later.
@@ -168,8 +171,8 @@ class FaultSchedule:
         self._set(tuple(fault for fault in faults if fault.kind not in FILMED))
 
     def _set(self, faults: tuple[WireFault, ...]) -> None:
-        if len(faults) > MOST_FAULTS:
-            raise FaultError(f"faults: {len(faults)}, wanted at most {MOST_FAULTS}")
+        if len(faults) > MAX_FAULTS:
+            raise FaultError(f"faults: {len(faults)}, wanted at most {MAX_FAULTS}")
         self.faults = tuple(sorted(faults, key=lambda fault: (fault.at_s, fault.kind)))
         self._drifts = [f for f in self.faults if f.kind is FaultKind.CLOCK_DRIFT]
         self._returns_s = sorted(f.end_s for f in self.faults if f.kind is FaultKind.RESTART)
@@ -185,7 +188,7 @@ class FaultSchedule:
         self._set((*self.faults, fault))
 
     def at(self, t_ns: int) -> WireState:
-        """What a moment is like, nanoseconds from the stream's beginning."""
+        """State of the wire, nanoseconds from the stream's beginning."""
         t_s = t_ns / NANOSECONDS
         there = [fault for fault in self.faults if fault.holds(t_s)]
         kinds = {fault.kind for fault in there}
@@ -227,7 +230,7 @@ class FaultSchedule:
 
 
 def film_faults(faults: Iterable[WireFault]) -> tuple[Fault, ...]:
-    """What is drawn into the film, as the rehearsal's own faults."""
+    """Faults drawn into the film, as the rehearsal's own."""
     found: list[Fault] = []
     for fault in faults:
         if fault.kind is FaultKind.BUMP:
@@ -240,3 +243,71 @@ def film_faults(faults: Iterable[WireFault]) -> tuple[Fault, ...]:
 
 def _overlap(fault: WireFault, from_s: float, to_s: float) -> float:
     return max(0.0, min(fault.end_s, to_s) - max(fault.at_s, from_s))
+
+
+KEYS = ("at", "for", "size")
+"""Keys of a fault: begin and duration in seconds, and its size."""
+
+
+def read_fault(text: str) -> WireFault:
+    """The fault of `KIND:at=SECONDS,for=SECONDS,size=VALUE`; all but the kind may be left out.
+
+    Raises:
+        FaultError: it is none; says what is wanted.
+    """
+    kind, _, rest = text.strip().partition(":")
+    values: dict[str, Any] = {}
+    for part in filter(None, (part.strip() for part in rest.split(","))):
+        key, mark, value = part.partition("=")
+        if not mark:
+            raise FaultError(
+                f"fault {text!r}: {part!r}, wanted {', '.join(f'{k}=…' for k in KEYS)}"
+            )
+        try:
+            values[key.strip()] = float(value)
+        except ValueError:
+            raise FaultError(f"fault {text!r}: {key.strip()}={value!r}, wanted a number") from None
+    return _fault(kind.strip(), values, text)
+
+
+def read_faults_file(path: Path) -> tuple[WireFault, ...]:
+    """The faults of a TOML file: tables `[[fault]]` with `kind`, `at`, `for` and `size`.
+
+    Raises:
+        FaultError: one is none, or the file is no TOML.
+        OSError: it cannot be read.
+    """
+    try:
+        values = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise FaultError(f"{path}: no TOML ({error})") from None
+    tables: Any = values.pop("fault", [])
+    if values or not isinstance(tables, list):
+        raise FaultError(f"{path}: {', '.join(values) or 'fault'}, wanted tables [[fault]] only")
+    faults: list[WireFault] = []
+    for number, table in enumerate(cast("list[Any]", tables)):
+        where = f"{path}: fault[{number}]"
+        if not isinstance(table, Mapping):
+            raise FaultError(f"{where}: {table!r}, wanted a table")
+        given = dict(cast("Mapping[str, Any]", table))
+        faults.append(_fault(given.pop("kind", ""), given, where))
+    return tuple(faults)
+
+
+def _fault(kind: object, values: Mapping[str, Any], source: str) -> WireFault:
+    try:
+        known = FaultKind(str(kind))
+    except ValueError:
+        raise FaultError(f"{source}: kind {kind!r}, wanted one of {', '.join(FaultKind)}") from None
+    for key, value in values.items():
+        if key not in KEYS:
+            raise FaultError(f"{source}: {key!r}, wanted some of {', '.join(KEYS)}")
+        if isinstance(value, bool) or not isinstance(value, int | float) or math.isnan(value):
+            raise FaultError(f"{source}: {key}={value!r}, wanted a number")
+    usual = RANGES[known]
+    return WireFault(
+        known,
+        float(values.get("at", 0.0)),
+        float(values.get("for", usual.usual_for_s)),
+        float(values.get("size", usual.usual)),
+    )

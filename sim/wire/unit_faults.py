@@ -8,7 +8,7 @@ from random import Random
 
 from devices.messages import EncodedFrame
 from devices.video import H264Decoder, H264Encoder
-from sim.wire.faults.schedule import FaultKind, FaultSchedule
+from sim.wire.faults import FaultKind, FaultSchedule
 from sim.wire.film.film import Film
 
 NANOSECONDS = 1_000_000_000
@@ -80,7 +80,7 @@ def still_of(film: Film, number: int) -> Still:
 
 
 def stills_of(film: Film, schedule: FaultSchedule) -> Mapping[float, Still]:
-    """What every freeze of a schedule shows, by its beginning in seconds."""
+    """Frozen unit of every freeze of a schedule, by its beginning in seconds."""
     begins = [f.at_s for f in schedule.faults if f.kind is FaultKind.FREEZE]
     return {at_s: still_of(film, film.number_at(round(at_s * NANOSECONDS))) for at_s in begins}
 
@@ -110,7 +110,7 @@ class UnitFaults:
         self._last_send_ns = 0
 
     def passed(self, number: int) -> OutgoingUnit | None:
-        """What becomes of the film's unit `number`; None where the camera takes no picture.
+        """Apply the faults to the film's unit `number`; None where the camera takes no picture.
 
         Asked for every number, in order.
         """

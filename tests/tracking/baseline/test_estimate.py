@@ -4,8 +4,8 @@ import cv2
 import numpy as np
 import pytest
 
+from tracking.baseline.estimate import coarse_yaw, keypoint_loss
 from tracking.baseline.matcher import Matches, SiftMatcher
-from tracking.baseline.yaw_search import coarse_yaw, keypoint_loss
 
 
 def points(count, *, outliers=0, seed=0):

@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from scenes.pose import Pose
-from sim.dataset.bop.models import model_numbers
-from sim.dataset.bop.read_back import check_bop
-from sim.dataset.check import check_dataset
+from sim.dataset.bop import model_numbers
+from sim.dataset.check import check_bop, check_dataset
 
 
 def _json(path):

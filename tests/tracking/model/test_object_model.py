@@ -7,8 +7,7 @@ import pytest
 
 from scenes.opening import open_scene
 from scenes.render.native import NativeRenderer
-from tracking.model.detail import COARSEST_PX, detail_levels_of
-from tracking.model.object_model import make_model
+from tracking.model.object_model import COARSEST_PX, detail_levels_of, make_model
 from tracking.model.templates import HALF_WIDTH, drawn_around
 
 
@@ -27,7 +26,7 @@ def test_levels_grow_and_the_last_is_the_scan(model, book):
     assert counts == sorted(counts)
     assert counts[0] < 0.2 * counts[-1]
     assert model.levels[-1].splats is book.splats
-    assert math.isinf(model.levels[-1].most_radius_px)
+    assert math.isinf(model.levels[-1].max_radius_px)
 
 
 def test_the_level_for_a_picture_is_the_coarsest_that_is_fine_enough(model):

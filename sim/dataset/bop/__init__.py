@@ -1,1 +1,0 @@
-"""The BOP form (bop.felk.cvut.cz), the pose-estimation field's own: written, and read back."""

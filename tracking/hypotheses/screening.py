@@ -1,0 +1,134 @@
+"""Proposals in whole lens pictures, screened and aligned by a rough likelihood."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenes.pose import Pose
+from tracking.evidence.evidence import Scene
+from tracking.evidence.observation import Observation
+from tracking.hypotheses.budget import FrameBudget, Step
+from tracking.hypotheses.hypothesis import OTHER_PLACE
+from tracking.hypotheses.lens_look import LensLook
+from tracking.hypotheses.proposals import Similarity, cuts_at, proposed
+from tracking.hypotheses.refinement import ALIGNED_PX, align
+from tracking.likelihood.pixel_model import ROUGHLY
+from tracking.likelihood.pose_likelihood import pose_support
+from tracking.model.object_model import TrackModel
+from tracking.model.templates import Cuts, compare
+
+Points = NDArray[np.float64]
+
+CUT_AT_ONCE = 400
+"""Places cut out of a lens in one step of a search."""
+
+SCREENED_AT_ONCE = 6
+"""Proposals screened in one step."""
+
+ALIGNED = 24
+"""Proposals that are aligned, the best by their rough likelihood."""
+
+ALIGNED_AT_A_PLACE = 3
+"""Of those at one place: a rough likelihood ranks places worse than poses at a place, as it grows
+with the silhouette, right or wrong."""
+
+Rough = tuple[float, Pose, int]
+"""Nats of a rough pose, the pose, and the lens that shows it."""
+
+
+def propose(
+    looks: Sequence[LensLook],
+    places: Sequence[Points],
+    lens: int,
+    model: TrackModel,
+    budget: FrameBudget,
+) -> list[Pose]:
+    """Poses proposed in one lens."""
+    here = places[lens]
+    if len(here) == 0:
+        return []
+    cuts = [
+        budget.do(Step.CUT, cuts_at, looks[lens], model, here[first : first + CUT_AT_ONCE])
+        for first in range(0, len(here), CUT_AT_ONCE)
+    ]
+    similar = [budget.do(Step.COMPARE, compare, some, model.templates) for some in cuts]
+    return budget.do(Step.PROPOSE, _score_lens, looks[lens], model, here, cuts, similar)
+
+
+def _score_lens(
+    look: LensLook,
+    model: TrackModel,
+    places: Points,
+    cuts: Sequence[Cuts],
+    similar: Sequence[Similarity],
+) -> list[Pose]:
+    overlap, correlation = (np.concatenate(parts) for parts in zip(*similar, strict=True))
+    return proposed(look, model, places, Cuts.joined(cuts), (overlap, correlation))
+
+
+def screen(
+    scene: Scene,
+    model: TrackModel,
+    looks: Sequence[LensLook],
+    starts: Sequence[tuple[Pose, int]],
+    budget: FrameBudget,
+) -> list[Rough]:
+    """The best of some proposals, screened and aligned, the likeliest first."""
+    rough: list[Rough] = []
+    for first in range(0, len(starts), SCREENED_AT_ONCE):
+        some = starts[first : first + SCREENED_AT_ONCE]
+        rough += budget.do(Step.SCREEN, _score_all, scene, model, looks, some)
+    rough.sort(key=lambda item: -item[0])
+    some_rough = of_all_places(model, rough)
+    rough = [budget.do(Step.ALIGN, align_roughly, scene, model, looks, item) for item in some_rough]
+    rough.sort(key=lambda item: -item[0])
+    return rough
+
+
+def _score_all(
+    scene: Scene, model: TrackModel, looks: Sequence[LensLook], starts: Sequence[tuple[Pose, int]]
+) -> list[Rough]:
+    """Rough likelihoods of some proposals."""
+    return [score_roughly(scene, model, looks, pose, lens) for pose, lens in starts]
+
+
+def score_roughly(
+    scene: Scene, model: TrackModel, looks: Sequence[LensLook], world_from_object: Pose, lens: int
+) -> Rough:
+    """A pose with its rough likelihood in one of some looks."""
+    observation = _level(looks[lens], model, world_from_object)
+    support = pose_support(observation, model, world_from_object, scene.renderer, tolerance=ROUGHLY)
+    return support.nats, world_from_object, lens
+
+
+def _level(look: LensLook, model: TrackModel, pose: Pose) -> Observation:
+    range_m = float(np.linalg.norm(model.centre_at(pose) - look.world_from_lens.translation))
+    radius_px = look.camera.f_px * model.radius_m / max(range_m, model.radius_m)
+    return look.level_for(radius_px, ALIGNED_PX)
+
+
+def align_roughly(
+    scene: Scene, model: TrackModel, looks: Sequence[LensLook], rough: Rough
+) -> Rough:
+    """A rough pose after its alignment, if that made it likelier."""
+    _, pose, lens = rough
+    moved = align(_level(looks[lens], model, pose), model, pose, scene)
+    return max(rough, score_roughly(scene, model, looks, moved, lens), key=lambda item: item[0])
+
+
+def of_all_places(model: TrackModel, rough: Sequence[Rough]) -> list[Rough]:
+    """The best rough poses, no more of one place than another could need."""
+    places = np.array([pose.translation for _, pose, _ in rough]).reshape(-1, 3)
+    beside = np.zeros(len(rough), dtype=np.int64)
+    chosen: list[Rough] = []
+    for index, item in enumerate(rough):
+        if len(chosen) == ALIGNED:
+            break
+        if beside[index] < ALIGNED_AT_A_PLACE:
+            chosen.append(item)
+            apart_m = np.linalg.norm(places - places[index], axis=1)
+            beside += apart_m < OTHER_PLACE * model.radius_m
+    return chosen
