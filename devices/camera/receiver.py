@@ -31,13 +31,13 @@ from devices.streams import Slot, StreamClosedError, StreamFullError
 HELD_AFTER_NS = 1_000_000_000
 """Age of the last picture, nanoseconds, from which it is called held: 30 missed at 30 Hz."""
 
-FIRST_WAIT_S, LONGEST_WAIT_S = 0.25, 0.5
+FIRST_WAIT_S, MAX_WAIT_S = 0.25, 0.5
 """Seconds between attempts, doubling from one to the other: what is back is found within 5 s."""
 
 CLOSE_S = 5.0
 """Seconds that `close` waits for the thread; sources answer within 0.2 s."""
 
-MOST_EVENTS = 256
+MAX_EVENTS = 256
 """Events kept until they are taken; the oldest go first."""
 
 OVER = frozenset({CameraState.FAILED, CameraState.ENDED})
@@ -98,7 +98,7 @@ class CameraReceiver:
         self._status = CameraStatus(CameraState.CONNECTING, f"connecting to {address.shown}")
         self._last: Received | None = None
         self._source: Source | None = None
-        self._events: deque[Event] = deque(maxlen=MOST_EVENTS)
+        self._events: deque[Event] = deque(maxlen=MAX_EVENTS)
         self._seq = 0
         self._formats: dict[int, StreamFormat] = {}
         self._decoding: Decoding | None = None
@@ -195,7 +195,7 @@ class CameraReceiver:
             self._notice_hold()
             # Whoever listens has nothing to try again, and must not keep a camera waiting.
             self._stop.wait(0.0 if self.listening_at else wait_s)
-            wait_s = min(2 * wait_s, LONGEST_WAIT_S)
+            wait_s = min(2 * wait_s, MAX_WAIT_S)
 
     def _start_decoding(self, tracks: int) -> Decoding:
         return Decoding(

@@ -16,13 +16,13 @@ from devices.camera.units import SourceError
 PACKET_BYTES, SYNC = 188, 0x47
 """Size of a packet of a transport stream, and its first byte (ISO/IEC 13818-1, 2.4.3.2)."""
 
-MOST_DATAGRAM_BYTES = 65507
+MAX_DATAGRAM_BYTES = 65507
 """Longest payload of UDP over IPv4."""
 
 SOCKET_BYTES = 4 << 20
 """Asked of the system for the socket's buffer; it gives what it allows, often 208 kB."""
 
-MOST_HELD_BYTES = 8 << 20
+MAX_HELD_BYTES = 8 << 20
 """Bytes that wait for the reader, at most: 2.7 s at 24 Mbit/s. The oldest are dropped."""
 
 SENDER_GONE_S = 0.5
@@ -89,7 +89,7 @@ class TsDatagrams:
     def _receive(self) -> None:
         while not self._is_closed:
             try:
-                data, sender = self._socket.recvfrom(MOST_DATAGRAM_BYTES)
+                data, sender = self._socket.recvfrom(MAX_DATAGRAM_BYTES)
             except TimeoutError:
                 continue
             except OSError:
@@ -110,7 +110,7 @@ class TsDatagrams:
         with self._changed:
             self._held.append(data)
             self._held_bytes += len(data)
-            while self._held_bytes > MOST_HELD_BYTES:
+            while self._held_bytes > MAX_HELD_BYTES:
                 self._held_bytes -= len(self._held.popleft())
             self._changed.notify_all()
 

@@ -19,7 +19,7 @@ CODECS = frozenset({"h264", "hevc", "mjpeg", "rawvideo"})
 DECODER_THREADS = 2
 """Threads that share the slices of one picture; a thread a picture would add a picture of delay."""
 
-MOST_SIDE_PX = 8192
+MAX_SIDE_PX = 8192
 """Longest side of a picture that is decoded: the largest 360° video of today, 8K, is 7680 px."""
 
 
@@ -90,9 +90,9 @@ class UnitDecoder:
         if not whole:
             return None
         frame = whole[-1]
-        if max(frame.width, frame.height) > MOST_SIDE_PX:
+        if max(frame.width, frame.height) > MAX_SIDE_PX:
             raise SourceError(
-                f"pictures of {frame.width}×{frame.height} px: wanted at most {MOST_SIDE_PX} px a "
+                f"pictures of {frame.width}×{frame.height} px: wanted at most {MAX_SIDE_PX} px a "
                 "side; choose a smaller resolution in the camera",
                 is_final=True,
             )
@@ -103,7 +103,7 @@ def _opened(form: StreamFormat) -> Any:
     context = cast("Any", av.CodecContext.create(form.codec, "r"))
     context.thread_type = ThreadType.SLICE
     context.thread_count = DECODER_THREADS
-    context.options = {"flags": "low_delay", "max_pixels": str(MOST_SIDE_PX * MOST_SIDE_PX)}
+    context.options = {"flags": "low_delay", "max_pixels": str(MAX_SIDE_PX * MAX_SIDE_PX)}
     if form.header:
         context.extradata = form.header
     if form.pixels:

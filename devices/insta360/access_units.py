@@ -12,11 +12,11 @@ from dataclasses import dataclass
 from typing import Literal
 
 from devices.insta360.errors import CameraProtocolError
-from devices.insta360.packets import LARGEST_PACKET_BYTES
+from devices.insta360.packets import MAX_PACKET_BYTES
 
 Codec = Literal["h264", "hevc"]
 
-LARGEST_UNIT_BYTES = 2 * LARGEST_PACKET_BYTES
+MAX_UNIT_BYTES = 2 * MAX_PACKET_BYTES
 """Limit of one access unit that is put together from several packets."""
 
 _H264_SLICES, _H264_KEYS, _H264_SPS = frozenset({1, 5}), frozenset({5}), 7
@@ -68,7 +68,7 @@ class UnitAssembler:
         """Take one video packet; the units that are whole now.
 
         Raises:
-            CameraProtocolError: a unit grew beyond `LARGEST_UNIT_BYTES`.
+            CameraProtocolError: a unit grew beyond `MAX_UNIT_BYTES`.
         """
         self._codec = self._codec or _codec_of(data)
         if self._codec is None or not data:
@@ -85,9 +85,9 @@ class UnitAssembler:
         return done
 
     def _hold(self, stamp: int, data: bytes) -> None:
-        if len(self._held) + len(data) > LARGEST_UNIT_BYTES:
+        if len(self._held) + len(data) > MAX_UNIT_BYTES:
             raise CameraProtocolError(
-                f"a picture of more than {LARGEST_UNIT_BYTES} bytes: no camera's video"
+                f"a picture of more than {MAX_UNIT_BYTES} bytes: no camera's video"
             )
         if not self._held:
             self._held_stamp = stamp

@@ -55,7 +55,7 @@ from devices.messages import EncodedFrame
 KEEP_ALIVE_S = 2.0
 """The camera hangs up after about 10 s without a word; its own app says something every 2 s."""
 
-LARGEST_QUEUE_BYTES = 32 << 20
+MAX_QUEUE_BYTES = 32 << 20
 """Limit of the video that came while a reply was waited for; the oldest is dropped."""
 
 CHUNK_BYTES = 1 << 16
@@ -373,6 +373,6 @@ class PreviewClient:
     def _queue(self, unit: VideoUnit, now_ns: int) -> None:
         self._units.append(TimedUnit(unit, now_ns))
         self._queued_bytes += len(unit.data)
-        while self._queued_bytes > LARGEST_QUEUE_BYTES:
+        while self._queued_bytes > MAX_QUEUE_BYTES:
             self._queued_bytes -= len(self._units.popleft().unit.data)
             self._dropped += 1

@@ -45,7 +45,7 @@ from scenes.splats import SplatCloud
 COLOUR_SCALE = 0.15
 FRACTIONAL_BITS = 12
 ZSTD_LEVEL = 9
-LONGEST_XYZ = 1.02
+MAX_XYZ = 1.02
 """Norm of a version 2 rotation's x, y, z: 1 and the rounding of three bytes."""
 
 
@@ -115,7 +115,7 @@ def _decode_rotations(file: SpzFile, packed: NDArray[np.uint8]) -> NDArray[np.fl
     if file.version == 2:
         xyz = packed.reshape(-1, 3) / 127.5 - 1.0
         squares = np.sum(xyz * xyz, axis=1, keepdims=True)
-        squares[squares > LONGEST_XYZ**2] = np.nan
+        squares[squares > MAX_XYZ**2] = np.nan
         w = np.sqrt(np.maximum(0.0, 1.0 - squares))
         return np.concatenate([w, xyz], axis=1).astype(np.float32)
     words = packed.reshape(-1, 4).view("<u4")

@@ -23,7 +23,7 @@ from scenes.splats import SplatCloud
 
 VOXEL_SHARE = 1 / 120
 """Finest detail, as a share of the typical distance: 2.5 cm at 3 m."""
-LEAST_VOXEL_M = 0.02
+MIN_VOXEL_M = 0.02
 REACH_VOXELS = 4.0
 """How far from a surface the signed distance is kept; surfaces thinner than twice that may
 vanish."""
@@ -31,12 +31,12 @@ SKY_SHARE = 8.0
 """What is so much farther away than the nearest quarter of a picture is sky, or as good as."""
 FARTHEST_SHARE = 4.0
 """How far the fused surface reaches, in typical distances."""
-LEAST_VIEWS = 1.5
+MIN_VIEWS = 1.5
 """A surface that fewer views have seen is left out."""
 NO_SURFACE = "the splats show no surface that two views agree about; train longer"
 PICTURE_PX = (320, 240)
-MOST_FACES = 60_000
-SMALLEST_BODY_FACES = 60
+MAX_FACES = 60_000
+MIN_BODY_FACES = 60
 
 
 def mesh_of_splats(
@@ -78,7 +78,7 @@ def mesh_of_splats(
         attr_names=("tsdf", "weight"),
         attr_dtypes=(single, single),
         attr_channels=((1), (1)),
-        voxel_size=max(VOXEL_SHARE * typical_m, LEAST_VOXEL_M),
+        voxel_size=max(VOXEL_SHARE * typical_m, MIN_VOXEL_M),
         block_resolution=16,
         block_count=4096,
     )
@@ -97,7 +97,7 @@ def mesh_of_splats(
         blocks = volume.compute_unique_block_coordinates(picture, lens, camera_from_world, *limits)
         volume.integrate(blocks, picture, lens, camera_from_world, *limits)
     try:
-        surface = volume.extract_triangle_mesh(LEAST_VIEWS)
+        surface = volume.extract_triangle_mesh(MIN_VIEWS)
     except RuntimeError:  # Open3D gives an empty mesh no colours, and stumbles over that
         raise ValueError(NO_SURFACE) from None
     return _tidied(surface.to_legacy())
@@ -128,14 +128,14 @@ def _shrunk(camera: Pinhole) -> Pinhole:
 def _tidied(mesh: Any) -> CollisionMesh:
     """Without specks, thinned to what a collision needs."""
     clusters, sizes, _ = mesh.cluster_connected_triangles()
-    small = np.asarray(sizes)[np.asarray(clusters)] < SMALLEST_BODY_FACES
+    small = np.asarray(sizes)[np.asarray(clusters)] < MIN_BODY_FACES
     mesh.remove_triangles_by_mask(small)
     mesh.remove_unreferenced_vertices()
     faces = np.asarray(mesh.triangles)
     if not len(faces):
         raise ValueError(NO_SURFACE)
-    if len(faces) > MOST_FACES:
-        mesh = mesh.simplify_quadric_decimation(MOST_FACES)
+    if len(faces) > MAX_FACES:
+        mesh = mesh.simplify_quadric_decimation(MAX_FACES)
     return CollisionMesh(
         np.asarray(mesh.vertices),
         np.asarray(mesh.triangles),

@@ -36,7 +36,7 @@ OUTDOORS_M = 15.0
 """Who sees no farther is in a room, and its blue walls are no sky."""
 CLOUD_GREY = 140
 """Each channel of a cloud is brighter (0..255)."""
-LEAST_SKY = 0.03
+MIN_SKY_SHARE = 0.03
 """Less of all pictures than this is no sky."""
 
 FloatArray = NDArray[np.float64]
@@ -136,7 +136,7 @@ def _skies(looks: Sequence[Look], points: FloatArray) -> list[NDArray[np.bool_]]
     skies = [_sky_of(look) for look in looks]
     shown = sum(int(sky.sum()) for sky in skies)
     is_outdoors = _farthest(looks, points)[1] >= OUTDOORS_M
-    if is_outdoors and shown >= LEAST_SKY * sum(sky.size for sky in skies):
+    if is_outdoors and shown >= MIN_SKY_SHARE * sum(sky.size for sky in skies):
         return skies
     return [np.zeros_like(sky) for sky in skies]
 

@@ -25,15 +25,15 @@ from scenes.prepare.train.training_photos import read_photo
 PARTNERS = 4
 ON_THE_WAY = 5
 """Photos that give the direction of walking, the one in question among them."""
-LEAST_ANGLE_DEG, BEST_ANGLE_DEG = 0.5, 6.0
-MOST_LARGER = 1.6
+MIN_ANGLE_DEG, BEST_ANGLE_DEG = 0.5, 6.0
+MAX_SIZE_RATIO = 1.6
 """What another photo shows larger or smaller by more looks different there."""
 WINDOW = (7, 7)
 """Pixels that are compared around each."""
-LEAST_CORRELATION = 0.8
-LEAST_CONTRAST = 3.0
+MIN_CORRELATION = 0.8
+MIN_CONTRAST = 3.0
 """Grey levels of standard deviation below which a window shows nothing to compare."""
-FEWEST_POINTS = 10
+MIN_POINTS = 10
 """Sparse points of which fewer say nothing about where planes may be."""
 
 FloatArray = NDArray[np.float64]
@@ -102,7 +102,7 @@ def looks_of(metric: Reconstruction, views: Sequence[View], longest_px: int) -> 
             continue
         in_camera = view.world_from_camera.inverse() @ metric.points
         _, is_seen = view.camera.project(in_camera)
-        if is_seen.sum() < FEWEST_POINTS:
+        if is_seen.sum() < MIN_POINTS:
             continue
         photo = read_photo(view, longest_px)
         assert isinstance(photo.camera, Pinhole)
@@ -138,7 +138,7 @@ def partners_of(looks: Sequence[Look], points: FloatArray) -> list[list[int]]:
         larger = np.maximum(distance / distance[number], distance[number] / distance)
         # What is seen under a small angle has no distance, under a large one another look.
         gain_of = np.minimum(angle / BEST_ANGLE_DEG, BEST_ANGLE_DEG / np.maximum(angle, 1e-6))
-        useful = seen & seen[number] & (angle > LEAST_ANGLE_DEG) & (larger < MOST_LARGER)
+        useful = seen & seen[number] & (angle > MIN_ANGLE_DEG) & (larger < MAX_SIZE_RATIO)
         gain_of = np.where(useful, gain_of, 0.0)
         gain_of[number] = 0.0
         chosen.append(_covering(gain_of))
@@ -172,7 +172,7 @@ def swept(look: Look, others: Sequence[Look], way: FloatArray) -> GreyPicture:
         found, score = _swept_along(look, others, normal, family)
         better = score > correlation
         inverse[better], correlation[better] = found[better], score[better]
-    return np.where(correlation >= LEAST_CORRELATION, inverse, 0).astype(np.float32)
+    return np.where(correlation >= MIN_CORRELATION, inverse, 0).astype(np.float32)
 
 
 def _families(look: Look, way: FloatArray) -> list[tuple[FloatArray, _Family]]:
@@ -194,7 +194,7 @@ def _swept_along(
     nothing = np.zeros_like(look.grey)
     away = look.known @ normal
     away = away[away > 0]
-    if not others or len(away) < FEWEST_POINTS:
+    if not others or len(away) < MIN_POINTS:
         return nothing, nothing
     low, high = np.quantile(away, family.quantiles) * family.shares
     tried = np.linspace(1 / high, 1 / low, family.count)
@@ -211,7 +211,7 @@ def _swept_along(
             # Hidden in some of the partners, a place is seen in the one that it looks like.
             np.maximum(score[number], np.where(in_range, found, 0), out=score[number])
     best = score.argmax(axis=0)
-    inner = (best > 0) & (best < family.count - 1) & (deviation >= LEAST_CONTRAST)
+    inner = (best > 0) & (best < family.count - 1) & (deviation >= MIN_CONTRAST)
     best = best.clip(1, family.count - 2)
     before, there, after = (
         np.take_along_axis(score, best[None] + step, axis=0)[0] for step in (-1, 0, 1)

@@ -23,7 +23,7 @@ PictureArrays = tuple[
 ]
 """Flat rgb, alpha, depth and ids."""
 
-MOST_BYTES = 256_000_000
+MAX_BYTES = 256_000_000
 """Kept for later pictures; those of the size used longest ago go first."""
 BYTES_PER_PIXEL = 24
 
@@ -59,7 +59,7 @@ class PictureMemory:
             self._kept.setdefault(room, []).append(owners)
             self._kept.move_to_end(room)
             self._bytes += BYTES_PER_PIXEL * room
-            while self._bytes > MOST_BYTES:
+            while self._bytes > MAX_BYTES:
                 oldest = next(iter(self._kept))
                 if self._kept[oldest]:
                     self._kept[oldest].pop(0)

@@ -35,7 +35,7 @@ TURN_BACK = {
 }
 """What turns a picture upright again that is turned by so many quarters clockwise."""
 
-MOST_MAPS = 4
+MAX_MAPS = 4
 """Resampling maps that are kept, each of 8 bytes a pixel: two sizes with two turns."""
 
 
@@ -157,7 +157,7 @@ def _from_sphere(
 _Maps = tuple[NDArray[np.int16], NDArray[np.uint16], NDArray[np.uint8]]
 
 
-@lru_cache(maxsize=4 * MOST_MAPS)
+@lru_cache(maxsize=4 * MAX_MAPS)
 def _sphere_maps(
     shape: tuple[int, int], turn: int, size: int, fov_deg: float, is_back: bool
 ) -> _Maps:

@@ -163,11 +163,11 @@ class PullSource:
             ) from None
 
     def _check(self, *, is_open: bool, silent_s: float) -> None:
-        most_s = self._patience.read_s if is_open else self._patience.open_s
-        if most_s is None or silent_s <= most_s:
+        max_s = self._patience.read_s if is_open else self._patience.open_s
+        if max_s is None or silent_s <= max_s:
             return
         what = "no picture" if is_open else "no stream"
-        raise SourceError(f"{self._address.shown}: {what} within {most_s:g} s; {self._advice()}")
+        raise SourceError(f"{self._address.shown}: {what} within {max_s:g} s; {self._advice()}")
 
     def _advice(self) -> str:
         if self._address.kind is AddressKind.V4L2:

@@ -8,10 +8,10 @@ from typing import TypeAlias, cast
 
 AmfValue: TypeAlias = "float | bool | str | dict[str, AmfValue] | list[AmfValue] | None"
 
-MOST_DEPTH = 8
+MAX_DEPTH = 8
 """Objects within objects that are read; commands of publishers nest one deep."""
 
-MOST_VALUES = 512
+MAX_VALUES = 512
 """Values in one message that are read; FFmpeg and OBS send fewer than 30."""
 
 NUMBER, BOOLEAN, STRING, OBJECT, NULL, UNDEFINED = 0, 1, 2, 3, 5, 6
@@ -63,7 +63,7 @@ def decode_amf(data: bytes) -> list[AmfValue]:
 
 class _Values:
     def __init__(self, data: bytes) -> None:
-        self._data, self._at, self._left = data, 0, MOST_VALUES
+        self._data, self._at, self._left = data, 0, MAX_VALUES
 
     @property
     def is_done(self) -> bool:
@@ -71,8 +71,8 @@ class _Values:
 
     def value(self, depth: int) -> AmfValue:
         self._left -= 1
-        if depth > MOST_DEPTH or self._left < 0:
-            raise AmfError(f"AMF0: more than {MOST_VALUES} values or {MOST_DEPTH} levels")
+        if depth > MAX_DEPTH or self._left < 0:
+            raise AmfError(f"AMF0: more than {MAX_VALUES} values or {MAX_DEPTH} levels")
         kind = self._take(1)[0]
         if kind == NUMBER:
             return float(struct.unpack(">d", self._take(8))[0])

@@ -30,10 +30,10 @@ MAX_SPLATS = 50_000_000
 COEFFICIENTS = (0, 3, 8, 15, 24)
 """Above degree 0, by degree."""
 
-MOST_INFLATED = 1032
+MAX_INFLATED = 1032
 """Bytes that one byte of a deflate stream can become, by its definition."""
 
-MOST_UNPACKED = 32_768
+MAX_UNPACKED = 32_768
 """Bytes that one byte of a zstd stream can become: a block of 128 KiB takes 4 bytes at least."""
 
 MAX_WINDOW_BYTES = 1 << 26
@@ -190,7 +190,7 @@ def _unzipped_header(path: Path) -> SpzFile:
     with gzip.open(path) as stream:
         header = _parse(path, _take(path, stream, "header", _HEADER.size), (2, 3))
     wanted, size = header.count * sum(header.widths()), path.stat().st_size
-    if wanted > MOST_INFLATED * size:
+    if wanted > MAX_INFLATED * size:
         raise refusal(
             path,
             f"byte {size}",
@@ -252,7 +252,7 @@ def _streams(path: Path, header: SpzFile, start: bytes) -> tuple[tuple[int, int]
         table = list(_ENTRY.iter_unpack(file.read(streams * _ENTRY.size)))
         for name, width, (packed, plain) in zip(_NAMES, widths, table, strict=False):
             size = width * header.count
-            if plain != size or not size <= MOST_UNPACKED * packed <= MOST_UNPACKED * (
+            if plain != size or not size <= MAX_UNPACKED * packed <= MAX_UNPACKED * (
                 file_size - end
             ):
                 raise refusal(

@@ -44,8 +44,8 @@ PLAIN_SLOPE = 900.0
 """Grey levels per metre added to every slope: it sets how sparse plain surfaces get."""
 SLOPE_POWER = 0.68
 """Spacing falls with slope to this power: 0.5 is the least mean square error, 1 an even error."""
-LONGEST = 3.0
-LONGEST_AT_EDGES = 9.0
+MAX_RATIO = 3.0
+MAX_RATIO_AT_EDGES = 9.0
 """Largest ratios of the two spacings."""
 EDGE_SHARE = 0.9
 """Spacing across a sharp edge over the distance to it."""
@@ -270,7 +270,7 @@ def _solved_scale(wishes: _Wishes, areas: FloatArray, count: int, limits: Limits
 def _spacing(wishes: _Wishes, scale: float, limits: Limits) -> tuple[FloatArray, FloatArray]:
     """Frames and spacings at a scale: texture first, edges where they ask for less."""
     wanted = np.clip(scale * wishes.slopes**-SLOPE_POWER, limits.finest_m, limits.widest_m)
-    wanted[:, 1] = np.minimum(wanted[:, 1], LONGEST * wanted[:, 0])
+    wanted[:, 1] = np.minimum(wanted[:, 1], MAX_RATIO * wanted[:, 0])
     frames = wishes.turned.copy()
     c = np.einsum("nd,nd->n", wishes.edge_axis, frames[:, 0])
     s = np.einsum("nd,nd->n", wishes.edge_axis, frames[:, 1])
@@ -281,7 +281,7 @@ def _spacing(wishes: _Wishes, scale: float, limits: Limits) -> tuple[FloatArray,
     frames[tight, 0] = wishes.edge_axis[tight]
     frames[tight, 1] = np.cross(frames[tight, 2], frames[tight, 0])
     wanted[tight, 0] = limit[tight]
-    wanted[tight, 1] = np.minimum(along[tight], LONGEST_AT_EDGES * limit[tight])
+    wanted[tight, 1] = np.minimum(along[tight], MAX_RATIO_AT_EDGES * limit[tight])
     return frames, wanted
 
 

@@ -33,12 +33,12 @@ from scenes.state import ObjectModel
 BoolArray = NDArray[np.bool_]
 FloatArray = NDArray[np.float64]
 
-LEAST_SPLATS = 30
+MIN_SPLATS = 30
 BESIDE_BOX_M = 0.03
 """An object's splats farther outside its box than this float."""
 BELOW_SUPPORT_M = 0.01
 """And those farther below what it stands on: they would leave its colours there."""
-MOST_BESIDE = 0.3
+MAX_SHARE_BESIDE_BOX = 0.3
 """Of the object's opacity: more than this is no haze, and the box must be wrong."""
 
 
@@ -89,9 +89,9 @@ def cut_out(
     """
     require_free_id(package, object_id)
     found = separate(package.room, views, renderer=renderer, viewpoints=package.views)
-    if found.labels.sum() < LEAST_SPLATS:
+    if found.labels.sum() < MIN_SPLATS:
         raise ValueError(
-            f"only {found.labels.sum()} splats were found, wanted {LEAST_SPLATS}: there is no "
+            f"only {found.labels.sum()} splats were found, wanted {MIN_SPLATS}: there is no "
             "object in the boxes, or it is too small in these views; choose nearer ones"
         )
     return make_object(package, found, object_id=object_id, name=name, kind=kind, renderer=renderer)
@@ -220,7 +220,7 @@ def _without_haze(
     outside = found.labels & ~box.holds(room.means.astype(np.float64), BESIDE_BOX_M)
     below = found.labels & (room.means[:, 2] < box.support_z_m - BELOW_SUPPORT_M)
     beside = hanging_off(room, outside, surface.own) | below
-    if room.opacities[beside].sum() > MOST_BESIDE * room.opacities[found.labels].sum():
+    if room.opacities[beside].sum() > MAX_SHARE_BESIDE_BOX * room.opacities[found.labels].sum():
         return found
     return replace(found, labels=found.labels & ~beside, floaters=found.floaters | beside)
 

@@ -19,7 +19,7 @@ REACH_M = 0.05
 """Objects closer to each other than this are proposed as one."""
 SIZE_M = (0.03, 1.3)
 """Shortest and longest side of what a person would move."""
-LEAST_SHARE = 0.01
+MIN_LEVEL_SHARE = 0.01
 """Of the room's level area: what lies at one height to be a support."""
 LEVEL = 0.5
 """Upward spread of a splat, as a share of its largest, below which it lies level."""
@@ -31,12 +31,12 @@ RING_GAP_CELLS = 3
 MARGIN_CELLS = 5
 CONTACT_M = 0.03
 """How far above its support an object's outline there is looked at."""
-LEAST_SPLATS = 60
+MIN_SPLATS = 60
 STANDING_M = 0.03
 """How far above its support an object's lowest splats may lie."""
 RING_M = 0.2
 SECTORS = 16
-LEAST_SCORE = 0.5
+MIN_SCORE = 0.5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,7 +60,7 @@ def propose(room: SplatCloud) -> tuple[Proposal, ...]:
     Args:
         room: world frame, metres, Z up.
     """
-    planes = level_planes(room, least_share=LEAST_SHARE)
+    planes = level_planes(room, min_share=MIN_LEVEL_SHARE)
     flat = _support(room, planes)
     standing = np.flatnonzero(~flat)
     if not len(standing):
@@ -122,7 +122,7 @@ def _proposal(
     planes: tuple[LevelPlane, ...],
 ) -> Proposal | None:
     """The body as a proposal, unless it is too small, too large or stands on nothing."""
-    if len(chosen) < LEAST_SPLATS:
+    if len(chosen) < MIN_SPLATS:
         return None
     points = room.means[chosen].astype(np.float64)
     low, high = np.percentile(points, (1, 99), axis=0)
@@ -133,7 +133,7 @@ def _proposal(
         return None
     height = min(below, key=lambda plane: abs(low[2] - plane.height_m)).height_m
     score = _surrounded(room, flat, low, high, height)
-    if score < LEAST_SCORE:
+    if score < MIN_SCORE:
         return None
     labels = np.zeros(len(room), dtype=bool)
     labels[_with_underside(room, chosen, flat, height)] = True

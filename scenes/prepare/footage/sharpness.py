@@ -17,7 +17,7 @@ LOOK_PX = 640
 REBLUR_TAPS = 9
 FLOW_PX = 320
 CORNERS = 200
-LEAST_TRACKS = 12
+MIN_TRACKS = 12
 AGREE_PX = 1.0
 """A corner tracked there and back again ends where it began."""
 
@@ -114,13 +114,13 @@ def displacement(before: GreyPicture, after: GreyPicture) -> float:
     if a.shape != b.shape:
         return 1.0
     corners = cv2.goodFeaturesToTrack(a, CORNERS, 0.01, 6)
-    if corners is None or len(corners) < LEAST_TRACKS:
+    if corners is None or len(corners) < MIN_TRACKS:
         return 1.0
     corners = corners.reshape(-1, 2).astype(np.float32)
     moved, found = _tracked(a, b, corners)
     back, found_back = _tracked(b, a, moved)
     kept = found & found_back & (np.linalg.norm(back - corners, axis=1) < AGREE_PX)
-    if kept.sum() < max(LEAST_TRACKS, len(corners) // 5):
+    if kept.sum() < max(MIN_TRACKS, len(corners) // 5):
         return 1.0
     steps = np.linalg.norm(moved - corners, axis=1)[kept]
     return min(1.0, float(np.quantile(steps, 0.75)) / a.shape[1])

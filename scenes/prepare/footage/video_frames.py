@@ -57,7 +57,7 @@ SHORT_S = 20.0
 asks for one to two minutes."""
 LOOKING_SHARE = 0.7
 LITTLE_OVERLAP = 0.35
-LONGEST_SMEAR = 8
+MAX_SMEAR = 8
 """Looks for which a smeared passage is bridged."""
 FEWER_PANORAMAS = 3
 """A 360° picture shows the whole room, so fewer places are enough."""
@@ -223,7 +223,7 @@ def _looks(file: Path, options: CaptureOptions, progress: Progress) -> list[Look
             grey = _grey(frame)
             quality = judge(grey)
             smeared = quality.blur > sharp_blur + options.quality.blur_over_typical
-            if before is not None and smeared and passed_over < LONGEST_SMEAR:
+            if before is not None and smeared and passed_over < MAX_SMEAR:
                 looks.append(Look(index, t_s, quality, 0.0))
                 passed_over += 1
             else:

@@ -22,13 +22,13 @@ image_filters: Any = _ndimage
 CELL_M = 0.1
 """Side of a voxel, metres: less than a person's arm, more than most gaps between splats."""
 
-LEAST_WIDTH_M = 1.0
+MIN_WIDTH_M = 1.0
 """Of a room, metres."""
 
-MOST_CELLS = 20_000_000
+MAX_CELLS = 20_000_000
 """Voxels at most; cells grow in what is larger than a hall."""
 
-LEAST_OPACITY = 0.3
+MIN_OPACITY = 0.3
 """Fainter splats stop nobody."""
 
 EYE_M = 1.3
@@ -117,15 +117,15 @@ def clearance(room: SplatCloud) -> Clearance:
     points = _surface_points(room)
     low, high = np.quantile(points, (0.01, 0.99), axis=0)
     wide_m = float((high - low)[:2].max())
-    if wide_m < LEAST_WIDTH_M:
+    if wide_m < MIN_WIDTH_M:
         raise ValueError(
-            f"{wide_m:.2g} m wide, limit {LEAST_WIDTH_M:g} m: no room that one can stand in; "
+            f"{wide_m:.2g} m wide, limit {MIN_WIDTH_M:g} m: no room that one can stand in; "
             "is the unit right?"
         )
     low, high = low - 0.5, high + 0.5
     low[2] = min(low[2], -0.5)
     x, y, z = (high - low).tolist()
-    cell = max(CELL_M, (x * y * z / MOST_CELLS) ** (1 / 3))
+    cell = max(CELL_M, (x * y * z / MAX_CELLS) ** (1 / 3))
     shape = np.ceil((high - low) / cell).astype(int) + 1
     index = np.floor((points - low) / cell).astype(int)
     index = index[((index >= 0) & (index < shape)).all(axis=1)]
@@ -164,7 +164,7 @@ def rig_at(stand_m: Sequence[float] | FloatArray) -> Pose:
 
 def _surface_points(room: SplatCloud) -> FloatArray:
     """(N, 3) centres of opaque splats and points on their two long axes, world metres."""
-    opaque = room.opacities >= LEAST_OPACITY
+    opaque = room.opacities >= MIN_OPACITY
     means = room.means[opaque].astype(np.float64)
     scales = room.scales[opaque].astype(np.float64)
     axes = rotation_from_quaternion(room.rotations[opaque].astype(np.float64))

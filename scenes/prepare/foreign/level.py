@@ -32,13 +32,13 @@ AXES: dict[Up, FloatArray] = {
 AXIS_NAMES: tuple[Up, ...] = ("x", "y", "z")
 """The axes without a sense."""
 
-LEAST_OPACITY = 0.3
+MIN_OPACITY = 0.3
 """Fainter splats are haze; they say nothing of a surface."""
 
 FLAT_SHARE = 0.5
 """A splat is flat if its thinnest axis is at most this share of the next one."""
 
-LARGEST_QUANTILE = 0.98
+MAX_QUANTILE = 0.98
 """Areas above this quantile count as it: a few huge splats are background."""
 
 NEAR_DEG = 20.0
@@ -67,7 +67,7 @@ PEAK_SHARE = 0.2
 """A level is large if it has so much of the largest level's area; a table top has less of a
 floor's, a floor under furniture more of a ceiling's."""
 
-LEAST_LEVEL = 0.04
+MIN_FLOOR_SHARE = 0.04
 """Share of all flat area that a floor has at least."""
 
 
@@ -149,16 +149,16 @@ def upright(level: Level) -> Pose:
 
 def _flat_splats(cloud: SplatCloud) -> _Flat:
     scales = np.sort(cloud.scales.astype(np.float64), axis=1)
-    flat = (cloud.opacities >= LEAST_OPACITY) & (scales[:, 0] <= FLAT_SHARE * scales[:, 1])
+    flat = (cloud.opacities >= MIN_OPACITY) & (scales[:, 0] <= FLAT_SHARE * scales[:, 1])
     if not flat.any():
-        flat = cloud.opacities >= LEAST_OPACITY
+        flat = cloud.opacities >= MIN_OPACITY
     if not flat.any():
-        raise ValueError(f"{len(cloud)} splats, none with an opacity of {LEAST_OPACITY} or more")
+        raise ValueError(f"{len(cloud)} splats, none with an opacity of {MIN_OPACITY} or more")
     thinnest = np.argmin(cloud.scales[flat], axis=1)
     turned = rotation_from_quaternion(cloud.rotations[flat].astype(np.float64))
     normals = np.take_along_axis(turned, thinnest[:, None, None], axis=2)[:, :, 0]
     areas = scales[flat, 1] * scales[flat, 2] * cloud.opacities[flat]
-    areas = np.minimum(areas, np.quantile(areas, LARGEST_QUANTILE))
+    areas = np.minimum(areas, np.quantile(areas, MAX_QUANTILE))
     return _Flat(cloud.means[flat].astype(np.float64), normals, areas)
 
 
@@ -245,7 +245,7 @@ def _levels(flat: _Flat, up: FloatArray) -> tuple[float, float, bool]:
     area, _ = np.histogram(heights[level], bins=edges, weights=flat.areas[level])
     area = np.convolve(area, np.ones(3), mode="same")
     large = np.flatnonzero(area >= PEAK_SHARE * area.max())
-    found = bool(area[large[0]] >= LEAST_LEVEL * flat.areas.sum())
+    found = bool(area[large[0]] >= MIN_FLOOR_SHARE * flat.areas.sum())
     step = float(edges[1] - edges[0])
     floor, ceiling = (
         _median_near(heights[level], flat.areas[level], _peak(area, int(bin_), edges), 2 * step)

@@ -20,7 +20,7 @@ from scenes.prepare.footage.sharpness import Reason
 from scenes.prepare.poses.import_colmap import find_model, import_colmap
 from scenes.prepare.poses.import_transforms import ignored_in, import_transforms
 from scenes.prepare.poses.sfm.job import SfmOptions
-from scenes.prepare.poses.sfm.run import LEAST_VIEWS, SfmReport
+from scenes.prepare.poses.sfm.run import MIN_VIEWS, SfmReport
 from scenes.prepare.progress import Progress, silent
 from scenes.prepare.reconstruction import Reconstruction
 from scenes.prepare.saved_reconstruction import load_reconstruction, save_reconstruction
@@ -72,9 +72,9 @@ def import_poses(
             "neither a COLMAP model nor a transforms.json",
             "give the folder with cameras, images and points3D, or the JSON file",
         )
-    if len(found.views) < LEAST_VIEWS:
+    if len(found.views) < MIN_VIEWS:
         raise CaptureError(
-            f"{poses}: poses of {len(found.views)} photos, wanted at least {LEAST_VIEWS}; "
+            f"{poses}: poses of {len(found.views)} photos, wanted at least {MIN_VIEWS}; "
             "export more of them"
         )
     save_reconstruction(found, work_dir / KEPT)

@@ -14,7 +14,7 @@ from scenes.prepare.progress import Progress, silent
 from scenes.prepare.reconstruction import Reconstruction, View
 from scenes.prepare.saved_reconstruction import load_reconstruction
 
-LEAST_POINTS_PER_VIEW = 10
+MIN_POINTS_PER_VIEW = 10
 WORST_POSES = 0.005
 """Median distance of matches from where given poses put them, as a fraction of the width."""
 
@@ -78,7 +78,7 @@ def triangulate(
             "export both again, or give the pictures alone"
         )
     found = load_reconstruction(job.work / "reconstruction")
-    wanted = LEAST_POINTS_PER_VIEW * len(views)
+    wanted = MIN_POINTS_PER_VIEW * len(views)
     if len(found.points) < wanted:
         raise CaptureError(
             f"{source}: only {len(found.points)} points agree with the poses of {len(views)} "

@@ -21,7 +21,7 @@ from scenes.splats import SplatCloud
 NEIGHBOURS = 3
 AROUND = 10
 FIRST_OPACITY = 0.3
-FEWEST_POINTS = 10
+MIN_POINTS = 10
 """Fewer points than this say nothing about a room."""
 SPACING = 0.025
 """Of the points that stereo adds, as a share of the distance at which the photos see the scene."""
@@ -52,9 +52,9 @@ def seed_rows(
         ValueError: there are too few points.
     """
     points = reconstruction.points
-    if len(points) < FEWEST_POINTS:
+    if len(points) < MIN_POINTS:
         raise ValueError(
-            f"training: {len(points)} points to start from, wanted at least {FEWEST_POINTS}; "
+            f"training: {len(points)} points to start from, wanted at least {MIN_POINTS}; "
             "film again with more overlap and texture"
         )
     colours = reconstruction.colours.astype(np.float32)

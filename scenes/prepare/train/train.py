@@ -12,7 +12,7 @@ from scenes.prepare.progress import Cancelled, Progress
 from scenes.prepare.reconstruction import Reconstruction
 from scenes.prepare.train import checkpoint
 from scenes.prepare.train.checkpoint import Checkpoint
-from scenes.prepare.train.coverage import LONGEST_PX, box_around, uncovered_splats
+from scenes.prepare.train.coverage import MAX_PX, box_around, uncovered_splats
 from scenes.prepare.train.depth.seen_surfaces import judge, surfaces_of
 from scenes.prepare.train.depth.stereo import seen_depths
 from scenes.prepare.train.held_out import draw_photo, psnr_db, score_photo
@@ -132,7 +132,7 @@ class _Run:
         )
         self._surfaces = surfaces_of(depths)
         self._photos.surfaces = {surface.view: surface for surface in self._surfaces}
-        self._small = [read_photo(view, LONGEST_PX) for view in self._photos.training]
+        self._small = [read_photo(view, MAX_PX) for view in self._photos.training]
         self._renderer = NativeRenderer()
         self._drawing = RenderOptions(
             background=options.background,

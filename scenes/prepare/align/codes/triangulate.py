@@ -22,10 +22,10 @@ UNIT_CORNERS = np.array([[-0.5, 0.5, 0.0], [0.5, 0.5, 0.0], [0.5, -0.5, 0.0], [-
 INLIER_PX = 4.0
 """A photo whose corners are this near to the prediction (root mean square) belongs to the place."""
 
-LEAST_ANGLE_DEG = 1.0
+MIN_ANGLE_DEG = 1.0
 """Rays that cross at a smaller angle, degrees, do not constrain depth."""
 
-MOST_PAIRS = 400
+MAX_PAIRS = 400
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,9 +92,9 @@ def find_square(views: Sequence[View], corners_px: Sequence[FloatArray]) -> Squa
     pairs = [
         pair
         for pair in itertools.combinations(range(len(views)), 2)
-        if _angle_deg(directions[pair[0], 0], directions[pair[1], 0]) >= LEAST_ANGLE_DEG
+        if _angle_deg(directions[pair[0], 0], directions[pair[1], 0]) >= MIN_ANGLE_DEG
     ]
-    pairs = pairs[:: max(1, math.ceil(len(pairs) / MOST_PAIRS))]
+    pairs = pairs[:: max(1, math.ceil(len(pairs) / MAX_PAIRS))]
     best: NDArray[np.bool_] | None = None
     best_cost = math.inf
     for pair in pairs:

@@ -21,7 +21,7 @@ DISAGREE_SIGMAS = 4.0
 DISAGREE_SHARE = 0.01
 """Codes disagree about the scale if they differ by more than both."""
 
-LEAST_BASELINE_DEG = 3.0
+MIN_BASELINE_DEG = 3.0
 """A code whose rays cross at less than this is used, with a warning."""
 
 
@@ -133,10 +133,10 @@ def _placed_code(
             f"{name}: {len(left)} of {len(anchor.sightings)} photos do not agree with the others "
             f"and are left out ({', '.join(s.view for s in left[:3])})."
         )
-    if square.angle_deg < LEAST_BASELINE_DEG:
+    if square.angle_deg < MIN_BASELINE_DEG:
         return code, (
             f"{name} was filmed from almost one direction ({square.angle_deg:.1f}° between the "
-            f"outermost rays, better {LEAST_BASELINE_DEG:.0f} or more); the scale is uncertain."
+            f"outermost rays, better {MIN_BASELINE_DEG:.0f} or more); the scale is uncertain."
         )
     return code, ""
 

@@ -31,7 +31,7 @@ RAISED_SHARE = 0.02
 FOOT = 2.0
 """What lies less than this many times as high stands on the plane right below."""
 SOLID = 0.3
-LEAST_SPLATS = 30
+MIN_SPLATS = 30
 TAIL = 0.005
 MARGIN = 0.06
 """Of a box's size: how far a person would draw it beside the object."""
@@ -87,14 +87,14 @@ def _object_in_the_middle(package: ScenePackage) -> FloatArray:
     floor_m = _support_m(near, float(middle[2]) + raised_m)
     points = near.means.astype(np.float64)
     points = points[points[:, 2] > floor_m + raised_m]
-    if len(points) < LEAST_SPLATS:
+    if len(points) < MIN_SPLATS:
         raise _nothing(middle)
     count, body = bodies(points, REACH_SHARE * distance_m)
     sizes = np.bincount(body, minlength=count)
     # The photos' middle may pass beside an object with legs: of what is large, the nearest.
     away = np.full(count, np.inf)
     np.minimum.at(away, body, np.linalg.norm(points - middle, axis=1))
-    large = sizes >= max(LEAST_SPLATS, 0.1 * sizes.max())
+    large = sizes >= max(MIN_SPLATS, 0.1 * sizes.max())
     own = points[body == int(np.argmin(np.where(large, away, np.inf)))]
     low, high = np.quantile(own, (TAIL, 1.0 - TAIL), axis=0)
     own = own[((own >= low) & (own <= high)).all(axis=1)]

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-LARGEST_SIDE_PX = 640
+MAX_SIDE_PX = 640
 """GrabCut's time grows with the picture; its outline gains little from more."""
 STROKE_PX = 4.0
 """Half width of what a click or stroke says about its surroundings."""
@@ -88,7 +88,7 @@ class GrabCutMasks:
         x0, y0 = int(max(left - reach_x, 0)), int(max(top - reach_y, 0))
         x1, y1 = int(min(right + reach_x, width)), int(min(bottom + reach_y, height))
         crop = picture[y0:y1, x0:x1]
-        scale = min(1.0, LARGEST_SIDE_PX / max(crop.shape[:2]))
+        scale = min(1.0, MAX_SIDE_PX / max(crop.shape[:2]))
         small = cv2.resize(crop, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
         hints = np.full(small.shape[:2], cv2.GC_BGD, np.uint8)
         inner = np.array([left - x0, top - y0, right - x0, bottom - y0]) * scale

@@ -20,7 +20,7 @@ from scenes.render.native import NativeRenderer
 from scenes.render.renderer import PosedSplats
 from scenes.splats import SplatCloud
 
-LEAST_MASK = 0.1
+MIN_MASK_SHARE = 0.1
 """Of a box: a smaller mask was not found but lost."""
 
 
@@ -75,7 +75,7 @@ def _masked(
     mask = masks.mask(picture, prompt)
     if prompt.box_px is not None:
         box = _within(prompt.box_px, mask.shape)
-        if mask.sum() < LEAST_MASK * box.sum():
+        if mask.sum() < MIN_MASK_SHARE * box.sum():
             # Colours separate nothing here; the box still says where.
             mask = box
     return MaskedView(

@@ -17,11 +17,11 @@ BAND_M = 0.05
 """How far below an object's highest points its top is looked for."""
 REACHES_M = (0.025, 0.015, 0.01, 0.008)
 """How near points have to lie to the plane, from one fit to the next."""
-MOST_TILT = 0.25
+MAX_TILT = 0.25
 """Rise over run: what is steeper is no level top."""
-LEAST_SHARE = 0.5
+MIN_TOP_SHARE = 0.5
 """Of the points in the band: how many the top has to hold."""
-LEAST_WIDTH = 0.5
+MIN_WIDTH_SHARE = 0.5
 """Of the object, across: how far the top has to reach both ways."""
 
 
@@ -40,11 +40,11 @@ def level_top(points: FloatArray, top_m: float) -> float | None:
     near = np.ones(len(apart), dtype=bool)
     for reach in REACHES_M:
         near = np.abs(apart[:, 2] - run @ plane) < reach
-        if near.sum() < max(LEAST_SHARE * len(band), 3):
+        if near.sum() < max(MIN_TOP_SHARE * len(band), 3):
             return None
         plane = np.linalg.lstsq(run[near], apart[near, 2], rcond=None)[0]
-    level = np.hypot(plane[1], plane[2]) <= MOST_TILT
-    wide = _width(band[near]) >= LEAST_WIDTH * _width(points)
+    level = np.hypot(plane[1], plane[2]) <= MAX_TILT
+    wide = _width(band[near]) >= MIN_WIDTH_SHARE * _width(points)
     return float(np.median(band[near, 2])) if level and wide else None
 
 

@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.prepare.cutout.object.side_views import LEAST_ABOVE_M, LEAST_VIEWS, RIM_M
+from scenes.prepare.cutout.object.side_views import MIN_ABOVE_M, MIN_VIEWS, RIM_M
 from scenes.prepare.cutout.votes.seen_from import SeenFrom
 
 FloatArray = NDArray[np.float64]
@@ -22,13 +22,13 @@ FloatArray = NDArray[np.float64]
 ROUND = 0.05
 """Of the radius: how far the rim in one view may be off a circle (root mean square). Of a square
 seen from any side it is 0.10 or more."""
-MOST_UNLIKE = 0.5
+MAX_SHARE_WITHOUT_CIRCLE = 0.5
 """Of the views: how many may see no circle. Those from far away see its far rim roughly."""
 BEFORE = 0.1
 """Of the radius: the rim is seen up to so far before the middle."""
 RIM_POINTS = 72
 """All around."""
-LEAST_RIM = 12
+MIN_RIM_POINTS = 12
 FITS = 6
 
 
@@ -60,10 +60,10 @@ def round_top(views: Sequence[SeenFrom], level_m: float) -> RoundTop | None:
     discs_by_view: list[RoundTop | None] = []
     for view in views:
         points = view.above(level_m - RIM_M)
-        if len(points) and view.eye[2] >= level_m + LEAST_ABOVE_M:
+        if len(points) and view.eye[2] >= level_m + MIN_ABOVE_M:
             discs_by_view.append(_seen_round(view, points, level_m))
     discs = [disc for disc in discs_by_view if disc is not None]
-    if len(discs) < max(LEAST_VIEWS, (1.0 - MOST_UNLIKE) * len(discs_by_view)):
+    if len(discs) < max(MIN_VIEWS, (1.0 - MAX_SHARE_WITHOUT_CIRCLE) * len(discs_by_view)):
         return None
     middle = np.median([disc.middle for disc in discs], axis=0)
     radius_m = float(np.median([disc.radius_m for disc in discs]))
@@ -88,7 +88,7 @@ def _seen_round(view: SeenFrom, points: FloatArray, level_m: float) -> RoundTop 
     far, disc = rim, RoundTop(middle, 0.5 * float(np.ptp(rim @ left)))
     for _ in range(FITS):
         far = rim[(rim - disc.middle) @ ahead > -BEFORE * disc.radius_m]
-        if len(far) < LEAST_RIM:
+        if len(far) < MIN_RIM_POINTS:
             return None
         disc = _circle(far)
     off = np.linalg.norm(far - disc.middle, axis=1) - disc.radius_m

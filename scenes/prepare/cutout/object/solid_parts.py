@@ -26,9 +26,9 @@ CELL_M = (0.01, 0.04)
 """A cell's side at least and at most, metres."""
 SOLID = 0.5
 """Opacity in a cell from which on it is filled."""
-MOST_PARTS = 16
+MAX_PARTS = 16
 WALLS = 4
-LEAST_SHARE = 0.01
+MIN_PART_SHARE = 0.01
 """Of what is solid: a part that adds less is left out."""
 
 DENSITY_OF_SIZE = ((0.4, 350.0), (1.3, 220.0), (np.inf, 150.0))
@@ -78,10 +78,10 @@ def _boxes(
     total = int(filled.sum())
     parts: list[BoxPart] = []
     left = filled.copy()
-    while left.any() and len(parts) < MOST_PARTS:
+    while left.any() and len(parts) < MAX_PARTS:
         low, high = _largest_box(left)
         left[low[0] : high[0], low[1] : high[1], low[2] : high[2]] = False
-        if parts and np.prod(high - low) < LEAST_SHARE * total:
+        if parts and np.prod(high - low) < MIN_PART_SHARE * total:
             break
         centre = 0.5 * (low + high) * cell - (0.5 * size[0], 0.5 * size[1], 0.0)
         half = 0.5 * (high - low) * cell

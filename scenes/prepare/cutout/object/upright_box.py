@@ -36,16 +36,16 @@ LEVEL_M = 0.006
 NEAR_LEVEL_M = 0.015
 SUPPORT_RING_M = 0.2
 """And so far around it."""
-LEAST_SUPPORT = 12
+MIN_SUPPORT_SPLATS = 12
 SURFACE_TAIL = 0.0005
 """The same as `TAIL` for points that several views agree about."""
-LEAST_HEIGHT_M = 0.1
+MIN_HEIGHT_M = 0.1
 """Of a lower object the sides are as few pixels as the top: no far rim is separate."""
-MOST_OFF_M = 0.05
+MAX_REACH_ERROR_M = 0.05
 """How far views may be wrong about how near a level top reaches."""
 BEYOND_RIM_M = 0.015
 """An object reaches beyond its round top if it does so by more; less far it cannot reach."""
-LEAST_SURFACE = 300
+MIN_SURFACE_POINTS = 300
 """Points of a surface from which on they say more than splats."""
 
 
@@ -103,7 +103,7 @@ def upright_box(
     weights = chosen.opacities.astype(np.float64)
     bottom, top = _span(points[:, 2], weights, TAIL)
     tail, level_m = TAIL, None
-    if len(surface.own) >= LEAST_SURFACE:
+    if len(surface.own) >= MIN_SURFACE_POINTS:
         points, weights, tail = surface.own, np.ones(len(surface.own)), SURFACE_TAIL
         bottom, top = _span(points[:, 2], weights, tail)
         level_m = level_top(points, top)
@@ -114,7 +114,7 @@ def upright_box(
     above = points[:, 2] > support
     if above.sum() >= 4:
         points, weights = points[above], weights[above]
-    level_m = level_m if top - support > LEAST_HEIGHT_M else None
+    level_m = level_m if top - support > MIN_HEIGHT_M else None
     disc = None if level_m is None else round_top(surface.by_view, level_m)
     seen = _Seen(surface.by_view, support, level_m, disc)
     level = box_in_masks(masks, points[:, :2], (support, top)) or _around(
@@ -193,7 +193,7 @@ class _Seen:
         if middle is None:
             return agreed
         mirrored = 2.0 * float(middle @ axis) - far
-        return 0.5 * (agreed + mirrored) if abs(mirrored - agreed) < MOST_OFF_M else agreed
+        return 0.5 * (agreed + mirrored) if abs(mirrored - agreed) < MAX_REACH_ERROR_M else agreed
 
 
 def _around(places: FloatArray, weights: FloatArray, tail: float, seen: _Seen) -> LevelRectangle:
@@ -247,13 +247,13 @@ def _support(
     high = np.append(points[:, :2].max(axis=0) + SUPPORT_RING_M, top)
     centres = level[((level > low) & (level < high)).all(axis=1), 2]
     seen = around[((around > low) & (around < high)).all(axis=1), 2]
-    if len(centres) < LEAST_SUPPORT:
+    if len(centres) < MIN_SUPPORT_SPLATS:
         return bottom, False
-    if len(seen) < LEAST_SURFACE:
+    if len(seen) < MIN_SURFACE_POINTS:
         return _densest(centres), True
     height = _densest(seen)
     near = centres[np.abs(centres - height) < NEAR_LEVEL_M]
-    return (float(np.median(near)) if len(near) >= LEAST_SUPPORT else height), True
+    return (float(np.median(near)) if len(near) >= MIN_SUPPORT_SPLATS else height), True
 
 
 def _densest(heights: FloatArray) -> float:

@@ -17,7 +17,7 @@ FLOATERS = "floaters"
 """What the stage of a cut without an object is called after."""
 REACH_M = 0.12
 """Splats of a surface are closer to each other than this, plus their own size."""
-LEAST_AREA_M2 = 0.004
+MIN_AREA_M2 = 0.004
 """What hangs together with less opaque surface than this, away from all else, is no object."""
 
 
@@ -33,7 +33,7 @@ def find_floaters(cloud: SplatCloud) -> NDArray[np.bool_]:
     sizes = np.sort(cloud.scales.astype(np.float64), axis=1)[:, 1:]
     area = np.pi * sizes.prod(axis=1) * cloud.opacities
     total = np.bincount(body, weights=area, minlength=count)
-    return total[body] < LEAST_AREA_M2
+    return total[body] < MIN_AREA_M2
 
 
 def remove_floaters(package: ScenePackage) -> tuple[ScenePackage, int]:

@@ -35,7 +35,7 @@ AROUND_M = 0.3
 SURFACE_M = 0.03
 """How far the support's splats lie from it."""
 CELL_M = 0.005
-LEAST_AROUND = 40
+MIN_SPLATS_AROUND = 40
 """Splats of the support from which on its look is known."""
 
 
@@ -60,7 +60,7 @@ def residual_splats(cloud: SplatCloud, labels: BoolArray, support_z_m: float) ->
     level = solid[near] & (np.abs(height[near]) < SURFACE_M)
     support = near[level & (apart > SHADOW_M)]
     under = near[(apart < BESIDE_M) & (height[near] > DEPTHS_M[0]) & (height[near] < DEPTHS_M[1])]
-    if len(support) < LEAST_AROUND or not len(under):
+    if len(support) < MIN_SPLATS_AROUND or not len(under):
         return found
     colours = np.clip(cloud.colours(), 0.0, 1.0)
     area = level_area(cloud.select(support))

@@ -30,9 +30,9 @@ BESIDE_M = 0.9
 """Up to so far away the support shows how light it is without the object."""
 SAME_HUE = 0.03
 """Difference of the channels' shares up to which two places are of one hue."""
-MOST_ASKED = 2000
+MAX_COMPARED = 2000
 """So many splats of the lit support are compared at most."""
-LEAST_ALIKE = 0.02
+MIN_SHARE_OF_HUE = 0.02
 """Share of the lit support that has to be of a hue to measure how light it is."""
 SMOOTH_M = 0.05
 """Distance within which a shadow is uniform, metres."""
@@ -42,7 +42,7 @@ DARKEST = 0.4
 """No shadow is darker than this."""
 DARKER = 0.5
 """What is darker than this share without the shadow is so by itself."""
-LEAST_LIGHT = 1e-3
+MIN_LIGHT = 1e-3
 THIN_M = 0.015
 """Standard deviation up to which splats lie flat: feet of objects that stand there do not."""
 CELL_M = 0.01
@@ -108,15 +108,15 @@ def _share(
     colours: FloatArray, lit_colours: FloatArray, lit_areas: FloatArray
 ) -> tuple[FloatArray, BoolArray]:
     """(N,) how light colours are beside what is of their hue in the light, and if that is known."""
-    order = np.argsort(lit_areas)[::-1][:MOST_ASKED]
+    order = np.argsort(lit_areas)[::-1][:MAX_COMPARED]
     lit_colours, lit_areas = lit_colours[order], lit_areas[order]
     light, lit_light = colours.mean(axis=1), lit_colours.mean(axis=1)
     same = cdist(_hue(colours), _hue(lit_colours)) < SAME_HUE
     rank = np.argsort(lit_light)
     total = np.cumsum(same[:, rank] * lit_areas[rank], axis=1)
     middle = (total >= 0.5 * total[:, -1:]).argmax(axis=1)
-    is_known = total[:, -1] > LEAST_ALIKE * lit_areas.sum()
-    share = light / np.maximum(lit_light[rank][middle], LEAST_LIGHT)
+    is_known = total[:, -1] > MIN_SHARE_OF_HUE * lit_areas.sum()
+    share = light / np.maximum(lit_light[rank][middle], MIN_LIGHT)
     return np.where(is_known, share, 1.0), is_known
 
 
@@ -128,7 +128,7 @@ def _smoothed(share: FloatArray, areas: FloatArray, places: NDArray[np.float32])
 
 def _hue(colours: FloatArray) -> FloatArray:
     """(N, 3) the channels' shares."""
-    return colours / np.maximum(colours.sum(axis=1, keepdims=True), LEAST_LIGHT)
+    return colours / np.maximum(colours.sum(axis=1, keepdims=True), MIN_LIGHT)
 
 
 def _middle(values: FloatArray, weights: FloatArray) -> float:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-LEAST_POINTS = 60
+MIN_POINTS = 60
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,7 +29,7 @@ class SeenFrom:
     def above(self, height_m: float) -> FloatArray:
         """(N, 3) what it shows above a height, none if they are too few to measure."""
         points = self.points[self.points[:, 2] > height_m]
-        return points if len(points) >= LEAST_POINTS else points[:0]
+        return points if len(points) >= MIN_POINTS else points[:0]
 
     def met(self, points: FloatArray, level_m: float) -> FloatArray:
         """(N, 2) where rays to points (N, 3) meet a level below the eye, whatever their depths."""

@@ -31,12 +31,12 @@ from scenes.splats import SplatCloud
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-MOST_VIEWS = 24
+MAX_VIEWS = 24
 MAJORITY = 0.5
 """Share of a pixel's light from which on it is the object's."""
 PURE = 0.9
 """The same for its depth to be the object's alone."""
-LEAST_PX = 60
+MIN_PX = 60
 """A smaller outline says nothing."""
 RIM_PX = 3.0
 """How far a depth may be carried to the outline: depth is unsure at edges, outlines are not."""
@@ -48,9 +48,9 @@ CELL_PX = 2.0
 """A cell is also at least as wide as so many pixels of the crops."""
 AGREEING = 4
 """How many views have to find a surface in the same cell."""
-LEAST_VIEWS = 6
+MIN_VIEWS = 6
 """Of fewer views so many seldom agree."""
-MOST_OUTSIDE = 0.1
+MAX_SHARE_OUTSIDE = 0.1
 """Of the views: how many may see a point of the object outside its outline."""
 BEHIND_M = 0.05
 """So far behind what is drawn a point is hidden."""
@@ -95,9 +95,9 @@ def seen_surface(
     """
     own = cloud.means[labels].astype(np.float64)
     framing = close_views(viewpoints, own)
-    if len(framing) < LEAST_VIEWS:
+    if len(framing) < MIN_VIEWS:
         return NOTHING
-    sights = [_sight(cloud, labels, view, renderer) for view in evenly(framing, MOST_VIEWS)]
+    sights = [_sight(cloud, labels, view, renderer) for view in evenly(framing, MAX_VIEWS)]
     pixels_m = np.concatenate([sight.pixels_m() for sight in sights])
     if not len(pixels_m):
         return NOTHING
@@ -184,7 +184,7 @@ def _sight(
     outline = light > MAJORITY
     depth = surface_depth(cloud, camera, world_from_camera, renderer=renderer)
     none = np.zeros((0, 3))
-    if outline.sum() < LEAST_PX:
+    if outline.sum() < MIN_PX:
         return _Sight(view, outline, depth, none, none, none)
     rays = camera.unproject(pixel_centres(camera)).reshape(*depth.shape, 3)
     rays = rays / rays[..., 2:]
@@ -211,11 +211,11 @@ def _in_outlines(points: NDArray[np.floating], sights: Sequence[_Sight]) -> Bool
     # To a hundredth of a pixel: a crop has a few hundred of them.
     points = points.astype(np.float32)
     for sight in sights:
-        if sight.outline.sum() >= LEAST_PX:
+        if sight.outline.sum() >= MIN_PX:
             seen, beside = sight.outside(points)
             framing += seen
             outside += beside
-    return outside <= MOST_OUTSIDE * framing
+    return outside <= MAX_SHARE_OUTSIDE * framing
 
 
 def _agreed(by_view: Sequence[FloatArray], cell_m: float) -> FloatArray:

@@ -16,7 +16,7 @@ from scenes.prepare.cutout.votes.lifting import Vote
 
 BoolArray = NDArray[np.bool_]
 
-LEAST_OVERLAP = 0.75
+MIN_OVERLAP = 0.75
 """Least share of what one mask shows that has to fall into another mask, and the other way."""
 BOX_SLACK = 0.08
 """Of a box's size: how far the object may reach beyond the box that somebody drew."""
@@ -152,7 +152,7 @@ def judge(
     for k, view in enumerate(views):
         others = np.sort(np.delete(mutual[k], k))[::-1]
         overlap = float(others[: max(1, n // 2)].mean()) if n > 1 else 1.0
-        verdicts.append(ViewVerdict(view.name, overlap, n < 3 or overlap >= LEAST_OVERLAP))
+        verdicts.append(ViewVerdict(view.name, overlap, n < 3 or overlap >= MIN_OVERLAP))
     if sum(verdict.used for verdict in verdicts) < min(n, 2):
         best = np.unravel_index(np.argmax(np.triu(mutual, 1)), mutual.shape)
         verdicts = [ViewVerdict(v.name, v.overlap, k in best) for k, v in enumerate(verdicts)]

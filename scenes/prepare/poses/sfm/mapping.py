@@ -20,18 +20,18 @@ from scenes.prepare.poses.sfm.session import MAPPING_FILE, Refused, Worker, open
 
 ENOUGH = 0.9
 """Share of placed pictures at which no other mapper is tried."""
-LEAST_POINTS = 20
+MIN_POINTS = 20
 """A picture that sees fewer points has no place that can be relied on."""
 KNOWN_POSES = "known poses"
 LOSS_SCALE_PX = 0.5
 REFINEMENT_STEPS = 60
 WRONG_MATCH_PX = 2.0
-LEAST_ANGLE_DEG = 1.5
-MOST_UNCERTAINTY_PX = 1.0
+MIN_ANGLE_DEG = 1.5
+MAX_UNCERTAINTY_PX = 1.0
 """A picture that may be off by more blurs what all others show."""
 HELD_BY = 4
 """Pictures that see a point before a pose may rest on it: with fewer it goes along."""
-MOST_TAKEN_OUT = 0.1
+MAX_SHARE_TAKEN_OUT = 0.1
 """Share of the pictures: where there are few, an unsure one is better than none."""
 
 
@@ -72,19 +72,19 @@ def _refine(model: Any, job: Job) -> None:
     options.ceres.solver_options.num_threads = job.options.threads
     options.ceres.solver_options.max_num_iterations = REFINEMENT_STEPS
     pycolmap.bundle_adjustment(model, options)
-    pycolmap.ObservationManager(model).filter_all_points3D(WRONG_MATCH_PX, LEAST_ANGLE_DEG)
+    pycolmap.ObservationManager(model).filter_all_points3D(WRONG_MATCH_PX, MIN_ANGLE_DEG)
     model.update_point_3d_errors()
 
 
 def _take_out_unsure(model: Any, job: Job) -> None:
     """Take out the pictures whose poses are the least sure, and adjust what remains."""
-    left = int(MOST_TAKEN_OUT * len(_placed(model)))
+    left = int(MAX_SHARE_TAKEN_OUT * len(_placed(model)))
     while left:
         uncertain_px = {
             image.image_id: _pose_uncertainty_px(image, model) for image in model.images.values()
         }
         unsure = sorted(
-            (k for k in uncertain_px if uncertain_px[k] > MOST_UNCERTAINTY_PX),
+            (k for k in uncertain_px if uncertain_px[k] > MAX_UNCERTAINTY_PX),
             key=lambda k: -uncertain_px[k],
         )
         if not unsure:
@@ -192,7 +192,7 @@ def import_model(worker: Worker) -> None:
     assert job.import_model is not None
     worker.report("mapping", 0.0, "reading the model")
     model = pycolmap.Reconstruction(job.import_model)
-    names = _placed(model, least_points=0)
+    names = _placed(model, min_points=0)
     if not names:
         raise Refused(f"{job.import_model}: no picture of the model has a pose; map it again")
     left_out = _without_missing_photos(model, job.pictures_folder)
@@ -200,7 +200,7 @@ def import_model(worker: Worker) -> None:
         check_left_out(job.pictures_folder, left_out, len(names))
     except CaptureError as error:
         raise Refused(str(error)) from None
-    names = _placed(model, least_points=0)
+    names = _placed(model, min_points=0)
     best = job.work / "models" / "import"
     best.mkdir(parents=True, exist_ok=True)
     model.write(best)
@@ -257,9 +257,9 @@ def _keep(
     write_json(job.work / MAPPING_FILE, values)
 
 
-def _placed(model: Any, *, least_points: int = LEAST_POINTS) -> list[str]:
+def _placed(model: Any, *, min_points: int = MIN_POINTS) -> list[str]:
     return sorted(
         image.name
         for image in model.images.values()
-        if image.has_pose and image.num_points3D >= least_points
+        if image.has_pose and image.num_points3D >= min_points
     )

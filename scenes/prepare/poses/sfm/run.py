@@ -32,7 +32,7 @@ from scenes.prepare.reconstruction import Reconstruction
 from scenes.prepare.saved_reconstruction import load_reconstruction
 
 SFM_FOLDER = "sfm"
-LEAST_VIEWS = 3
+MIN_VIEWS = 3
 POLL_S = 0.1
 FULL_DISK_BYTES = 20_000_000
 LOG_LINES = 3
@@ -109,7 +109,7 @@ def reconstruct(
     result = run_worker(job, progress)
     verdict = judge_result(capture, result)
     models = result.attempts[-1].models
-    wanted = max(LEAST_VIEWS, round(chosen.least_registered * len(capture.frames)))
+    wanted = max(MIN_VIEWS, round(chosen.least_registered * len(capture.frames)))
     if len(verdict.placed) < wanted:
         others = "".join(
             f"; another group holds {describe(capture, model)}" for model in models[1:3]

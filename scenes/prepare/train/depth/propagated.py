@@ -15,7 +15,7 @@ from scenes.pose import Pose
 
 SAME_SURFACE = 0.02
 """Points up to this share of its depth behind the nearest one are of its surface."""
-LEAST_POINTS = 2
+MIN_POINTS = 2
 """A pixel has to be shown by so many, or the nearest might be a stray."""
 HOLE_PX = 3
 """Pixels without a point take the nearest surface in a window of this width."""
@@ -46,7 +46,7 @@ def propagated_depth(
     is_same = z <= first[pixel] * (1 + SAME_SURFACE)
     total = np.bincount(pixel[is_same], z[is_same], size)
     count = np.bincount(pixel[is_same], minlength=size)
-    is_known = count >= LEAST_POINTS
+    is_known = count >= MIN_POINTS
     return np.where(is_known, total / np.maximum(count, 1), 0).astype(np.float32).reshape(shape)
 
 

@@ -24,7 +24,7 @@ from scenes.prepare.train.depth.stereo import SeenDepth
 
 CELL_PX = 4
 """Filled depth is as coarse as this."""
-LEAST_SHARE = 0.02
+MIN_SEEN_SHARE = 0.02
 """Views of which stereo has seen less than this share say nothing."""
 SEEN_PULL = 10.0
 EDGE_UNITS = 12.0
@@ -33,8 +33,8 @@ SEEN_SLACK, FILLED_SLACK = 0.01, 0.12
 """In front of a surface begins so far before it, as a share of its depth."""
 REACH = 0.06
 """What is off a surface by less than this share of its depth is put back on it."""
-LEAST_VIEWS = 2
-MOST_LENT = 1_000_000
+MIN_VIEWS = 2
+MAX_PROPAGATED_POINTS = 1_000_000
 """Points of all views that are drawn into each."""
 ASKED = 20
 """Views that are asked to confirm what one sees, itself among them."""
@@ -91,12 +91,12 @@ def surfaces_of(depths: Sequence[SeenDepth]) -> list[Surface]:
     ]
     sure = [_confirmed(surface, raw) for surface in raw]
     places = np.concatenate([np.zeros((0, 3), np.float32), *(s.places() for s in sure)])
-    places = places[:: max(len(places) // MOST_LENT, 1)]
+    places = places[:: max(len(places) // MAX_PROPAGATED_POINTS, 1)]
     whole = [_with_propagated(surface, places) for surface in sure]
     return [
         replace(surface, depth=filled(surface.depth, surface.picture))
         for surface in whole
-        if (surface.depth > 0).mean() >= LEAST_SHARE
+        if (surface.depth > 0).mean() >= MIN_SEEN_SHARE
     ]
 
 
@@ -124,7 +124,7 @@ def _confirmed(surface: Surface, others: Sequence[Surface]) -> Surface:
         tally.add(other, places)
     before, upon, *_ = tally.counts
     # The view itself is one of those upon it.
-    sure = (upon > LEAST_VIEWS) & (upon > before)
+    sure = (upon > MIN_VIEWS) & (upon > before)
     on = places[sure] + tally.way[UPON][sure] / upon[sure, None]
     depth = np.zeros(surface.depth.size, dtype=np.float32)
     depth[seen[sure]] = (surface.world_from_camera.inverse() @ on.astype(np.float64))[:, 2]
@@ -200,11 +200,11 @@ def judge(points: NDArray[np.floating], surfaces: Sequence[Surface]) -> Verdict:
     before, upon, behind, guessed_before, guessed_upon = tally.counts
     # Filled depth is asked only where stereo has seen nothing.
     is_unseen = before + upon + behind == 0
-    is_before = (before >= LEAST_VIEWS) & (before > upon)
-    is_before |= is_unseen & (guessed_before >= LEAST_VIEWS) & (guessed_before > guessed_upon)
+    is_before = (before >= MIN_VIEWS) & (before > upon)
+    is_before |= is_unseen & (guessed_before >= MIN_VIEWS) & (guessed_before > guessed_upon)
     close, reach = tally.close, tally.way
     is_near = is_before & (2 * close[BEFORE] > before) & ~is_unseen
-    is_behind = (close[BEHIND] >= LEAST_VIEWS) & (before + upon == 0)
+    is_behind = (close[BEHIND] >= MIN_VIEWS) & (before + upon == 0)
     offset = np.zeros((len(places), 3), dtype=np.float32)
     for side, off in ((BEFORE, is_near), (BEHIND, is_behind)):
         offset[off] = reach[side][off] / close[side][off, None]

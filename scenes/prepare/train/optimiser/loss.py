@@ -18,7 +18,7 @@ SIGMA_PX = 1.5
 REACH_PX = 5
 C1, C2 = 0.01**2, 0.03**2
 """The window and the constants of Wang et al. 2004."""
-MOST_OFF = 0.04
+MAX_DEPTH_ERROR = 0.04
 """Beyond so much of its depth from a surface a splat costs no more, and is drained where it is."""
 
 
@@ -53,7 +53,7 @@ def price_off_bounds(depth: float, bounds: DepthBounds) -> tuple[FloatArray, Flo
     """What a unit of blend weight costs at a depth, by pixel, and the slope of that by the depth.
 
     near / depth - 1 in front of the bounds, 1 - far / depth behind them, nothing between them, and
-    at most `MOST_OFF`, from where on it does not pull any more.
+    at most `MAX_DEPTH_ERROR`, from where on it does not pull any more.
 
     Args:
         depth: of a splat, as the lens measures it.
@@ -65,7 +65,7 @@ def price_off_bounds(depth: float, bounds: DepthBounds) -> tuple[FloatArray, Flo
     near, far = bounds.near.astype(np.float64) / depth, bounds.far.astype(np.float64) / depth
     off = np.maximum(near - 1, 0) + np.maximum(1 - far, 0)
     slope = np.where(far <= 1, far, 0.0) - np.where(near >= 1, near, 0.0)
-    return np.minimum(off, MOST_OFF), np.where(off <= MOST_OFF, slope / depth, 0.0)
+    return np.minimum(off, MAX_DEPTH_ERROR), np.where(off <= MAX_DEPTH_ERROR, slope / depth, 0.0)
 
 
 def as_seen(rgb: FloatArray, exposure: Exposure) -> FloatArray:
