@@ -56,7 +56,7 @@ _UNIFORM = math.sqrt(3.0)
 
 @dataclass(frozen=True, slots=True)
 class ClockEstimate:
-    """What is known of a device's clock.
+    """Estimate of a device's clock.
 
     Attributes:
         device_ns: the device's time at which the offset holds.
@@ -100,7 +100,7 @@ class _Bin:
 
 @dataclass(frozen=True, slots=True)
 class ClockMapping:
-    """What was seen of one device's clock; begin with `ClockMapping()`.
+    """Observations of one device's clock; begin with `ClockMapping()`.
 
     Attributes:
         trips: the fastest round trips, at most `MAX_BINS`.

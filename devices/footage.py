@@ -198,7 +198,7 @@ def _pictures_of_video(path: Path, lenses: int) -> Iterator[tuple[int, Pictures]
 
 
 def _tracks(path: Path, lenses: int) -> list[tuple[Path, int]]:
-    """Which picture tracks of which files hold the lenses."""
+    """Return the files and picture tracks that hold the lenses."""
     with _opened(path) as container:
         count = len(container.streams.video)
     if count >= lenses > 1:

@@ -92,7 +92,7 @@ class PacketRun:
         return self._out(data)
 
     def flush(self) -> list[RunPicture]:
-        """What is left after the last packet; nothing can be fed after it.
+        """Return the pictures left after the last packet; nothing can be fed after it.
 
         Raises:
             RunError: as `feed`.

@@ -271,7 +271,7 @@ class RecordingReader:
         yield from sorted(same_time, key=_place)
 
     def decoded(self, encoded: Encoded) -> RecordedValue:
-        """What a message says.
+        """Decode a message.
 
         Raises:
             RecordingError: it is damaged.
@@ -290,7 +290,7 @@ class RecordingReader:
 
 
 def _place(encoded: Encoded) -> tuple[int, str, int]:
-    """Where a message stands among those of a recording: a frame's stamp before all its packets."""
+    """Place of a message among those of a recording: a frame's stamp before all its packets."""
     topic = encoded.topic
     if topic.endswith("/video"):
         camera, _, track = stream_of(topic).partition("/")

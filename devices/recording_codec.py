@@ -1,4 +1,4 @@
-"""What a recording holds and how each message is written: one JSON value a message, UTF-8.
+"""Values of a recording, and how each message is written: one JSON value a message, UTF-8.
 
 Poses are 4×4 row-major matrices `a_from_b` so that a replay gets the very same numbers back.
 Video is `foxglove.CompressedVideo`, which common viewers of MCAP files play; the other schemas are
@@ -56,7 +56,7 @@ class RecordedTrack:
 
 @dataclass(frozen=True, slots=True)
 class RecordedTruth:
-    """What the simulator knows of one frame.
+    """Truth of one frame, as the simulator knows it.
 
     Attributes:
         seq: frame counter.
@@ -114,7 +114,7 @@ RecordedValue = (
     | RecordedAnnotation
     | Event
 )
-"""What a recording holds."""
+"""Values that a recording holds."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,7 +129,7 @@ class Encoded:
 
 
 VIEWERS_CODECS: Mapping[str, str] = MappingProxyType({"hevc": "h265"})
-"""What `foxglove.CompressedVideo` calls codecs that FFmpeg calls otherwise."""
+"""Codec names of `foxglove.CompressedVideo` that differ from FFmpeg's."""
 
 
 SCHEMAS: Mapping[str, Mapping[str, str]] = {

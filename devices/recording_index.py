@@ -1,4 +1,4 @@
-"""Where the messages of an MCAP file are, whether or not the file says so itself.
+"""Positions of the messages of an MCAP file, whether or not the file says so itself.
 
 Source: the MCAP specification. Its summary with all indexes is optional, and so is every checksum
 (0 means there is none). A file that was cut off has no end: what is in its whole records is read.
@@ -40,7 +40,7 @@ DAMAGE = (
     EOFError,
     AssertionError,
 )
-"""What the MCAP reader raises on damaged input."""
+"""Errors that the MCAP reader raises on damaged input."""
 
 
 class RecordingError(ValueError):
@@ -87,7 +87,7 @@ def is_whole(path: Path) -> bool:
 
 
 def damaged(path: Path, error: BaseException) -> RecordingError:
-    """What to raise for an error of the MCAP reader."""
+    """Return the error to raise for one of the MCAP reader."""
     if isinstance(error, RecordingError):
         return error
     reason = str(error) or type(error).__name__
@@ -218,7 +218,7 @@ class _ScannedReader(SeekingReader):
                 self._loose.append(record)
 
     def get_summary(self) -> Summary:
-        """What `scan` found."""
+        """Return the summary that `scan` found."""
         return self._found
 
     def iter_metadata(self) -> Iterator[Metadata]:

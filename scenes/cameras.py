@@ -21,7 +21,7 @@ BoolArray = NDArray[np.bool_]
 
 
 class Camera(Protocol):
-    """What every camera model can do. Sizes in pixels."""
+    """Camera model: projection and rays. Sizes in pixels."""
 
     @property
     def width_px(self) -> int:

@@ -35,7 +35,7 @@ class Arrived:
 
 
 class Backlog:
-    """What waits to be decoded; putting never blocks. One producer, one consumer.
+    """Units that wait to be decoded; putting never blocks. One producer, one consumer.
 
     A keyframe replaces everything that waits before it, for only the newest picture is of use. Of
     several tracks nothing is replaced: which of their pictures belong together is known by their

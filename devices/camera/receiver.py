@@ -108,7 +108,7 @@ class CameraReceiver:
 
     @property
     def address(self) -> CameraAddress:
-        """Where the pictures come from."""
+        """Address that the pictures come from."""
         return self._address
 
     @property
@@ -138,7 +138,7 @@ class CameraReceiver:
         return replace(status, state=state, last_age_ns=age_ns)
 
     def take_events(self) -> list[Event]:
-        """What happened since the last call, oldest first: gaps, sizes, connections, failures."""
+        """Take the events since the last call, oldest first: gaps, sizes, connections, failures."""
         taken: list[Event] = []
         while self._events:
             taken.append(self._events.popleft())

@@ -34,7 +34,7 @@ WAIT_S = 0.1
 
 
 class TsDatagrams:
-    """What FFmpeg reads instead of a socket of its own.
+    """Received datagrams, for FFmpeg to read instead of a socket of its own.
 
     Args:
         host: interface or multicast group to listen at; empty for every interface.

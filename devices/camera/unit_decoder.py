@@ -14,7 +14,7 @@ from devices.camera.stream_picture import StreamPicture, picture_of
 from devices.camera.units import SourceError, StreamFormat, Unit
 
 CODECS = frozenset({"h264", "hevc", "mjpeg", "rawvideo"})
-"""What is decoded, by FFmpeg's names: what 360° cameras are known to send."""
+"""Codecs that are decoded, by FFmpeg's names: those that 360° cameras are known to send."""
 
 DECODER_THREADS = 2
 """Threads that share the slices of one picture; a thread a picture would add a picture of delay."""

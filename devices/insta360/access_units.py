@@ -56,7 +56,7 @@ class UnitAssembler:
 
     @property
     def codec(self) -> Codec | None:
-        """What the stream is compressed with; None before its first parameter sets."""
+        """Codec of the stream; None before its first parameter sets."""
         return self._codec
 
     @property
@@ -107,7 +107,7 @@ class UnitAssembler:
 
 
 def _heads(data: bytes) -> Iterator[int]:
-    """Where the first bytes of the first `_SCANNED_UNITS` NAL units are."""
+    """Positions of the first bytes of the first `_SCANNED_UNITS` NAL units."""
     at = data.find(b"\0\0\1")
     for _unit in range(_SCANNED_UNITS):
         if at < 0 or at + 3 >= len(data):

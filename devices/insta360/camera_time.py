@@ -61,7 +61,7 @@ class CameraTime:
         return self._given_ns
 
     def _learn(self, stamp: int, received_ns: int) -> None:
-        """Which unit the stamps have, once enough of them came."""
+        """Learn the unit of the stamps, once enough of them came."""
         if self._first is None or stamp < self._first[0]:
             self._first = (stamp, received_ns)
             return

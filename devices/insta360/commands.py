@@ -1,4 +1,4 @@
-"""What is said over port 6666: commands, their replies, and what a camera says of itself.
+"""Messages over port 6666: commands, their replies, and what a camera says of itself.
 
 Numbers of commands, options and fields are those of the vendor's message definitions, as the
 community has published them.
@@ -85,7 +85,7 @@ AUDIO_RATE_HZ = 48_000
 
 @dataclass(frozen=True, slots=True)
 class CameraInfo:
-    """What a camera says of itself; empty or None where it does not say it.
+    """Description of a camera by itself; empty or None where it does not say it.
 
     Attributes:
         serial: serial number.
@@ -106,7 +106,7 @@ class CameraInfo:
 
 @dataclass(frozen=True, slots=True)
 class LiveRequest:
-    """What a client asks the camera to stream.
+    """Request for a live stream.
 
     Attributes:
         video: whether pictures are wanted.

@@ -35,7 +35,7 @@ from devices.insta360.osc_replies import (
 )
 
 PORT = 80
-"""Where cameras listen."""
+"""Port that cameras listen on."""
 
 HEADERS = {
     "Accept": "application/json",
@@ -136,7 +136,7 @@ class OscClient:
     def files(
         self, kind: Literal["image", "video", "all"] = "all", *, most: int = 100
     ) -> tuple[OscFile, ...]:
-        """What is on the card, newest first, without thumbnails.
+        """List the files on the card, newest first, without thumbnails.
 
         Raises:
             CameraRefusedError: there is no card. The others: see `errors.py`.

@@ -61,7 +61,7 @@ class OscState:
 
 @dataclass(frozen=True, slots=True)
 class OscCommand:
-    """Where a command stands.
+    """State of a command.
 
     Attributes:
         name: such as "camera.takePicture".
@@ -208,7 +208,7 @@ def read_files(results: Mapping[str, Any]) -> tuple[OscFile, ...]:
 
 
 def read_urls(results: Mapping[str, Any]) -> tuple[str, ...]:
-    """Where the pictures or videos are that a command made."""
+    """Read the addresses of the pictures or videos that a command made."""
     urls = [item for item in _list(results, "fileUrls") if isinstance(item, str)]
     if not urls:
         urls = [item for item in _list(results, "_fileGroup") if isinstance(item, str)]

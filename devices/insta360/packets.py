@@ -12,13 +12,13 @@ from dataclasses import dataclass
 from devices.insta360.errors import CameraProtocolError
 
 PORT = 6666
-"""Where cameras listen."""
+"""Port that cameras listen on."""
 
 MAX_PACKET_BYTES = 4 << 20
 """Limit of one packet. A keyframe of 2880×1440 px at 40 Mbit/s is about 0.5 MB."""
 
 SYNC_WORDS = b"syNceNdinS"
-"""What both sides say first."""
+"""First words of both sides."""
 
 _STREAM, _MESSAGE, _KEEP_ALIVE, _SYNC = 1, 4, 5, 6
 _HEAD = struct.Struct("<IB2x")

@@ -121,7 +121,7 @@ class PreviewClient:
 
     @property
     def counts(self) -> PreviewCounts:
-        """What came so far."""
+        """Counts of what came so far."""
         return PreviewCounts(self._packets, self._bytes, self._taken, self._dropped, self._skipped)
 
     def connect(self) -> None:
@@ -172,7 +172,7 @@ class PreviewClient:
         self.ask(Command.SET_OPTIONS, set_time(unix_s, zone_s))
 
     def info(self) -> CameraInfo:
-        """What the camera says of itself, its lenses' calibration included.
+        """Description of the camera by itself, its lenses' calibration included.
 
         Raises:
             CameraError: as `ask`; the reply cannot be read.
@@ -322,7 +322,7 @@ class PreviewClient:
         return True
 
     def _receive(self, wait_s: float) -> bytes:
-        """What is there, waiting for it; empty when nothing came, or after `close`."""
+        """Receive what is there, waiting for it; empty when nothing came, or after `close`."""
         if self._socket is None:
             raise CameraUnreachableError(f"{self._where}: not connected; call connect first")
         try:

@@ -1,4 +1,4 @@
-"""What an Insta360 camera appends to its files (.insv: MP4, .insp: JPEG): read and written.
+"""Trailer that Insta360 cameras append to files (.insv: MP4, .insp: JPEG): read and written.
 
 From the end backwards: 32 characters of magic, `u32` version, `u32` size of the trailer, 32
 reserved bytes; before them the records, each `data, u8 format, u8 id, u32 size`. Newer cameras put

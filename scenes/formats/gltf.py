@@ -150,7 +150,7 @@ def _require_known_extensions(glb: Glb) -> None:
 
 
 def _primitives(glb: Glb, placement: Placement) -> Iterator[dict[str, Any]]:
-    """What the extension marks as splats among the primitives of a placed mesh."""
+    """Primitives of a placed mesh that the extension marks as splats."""
     primitives = item(glb, "meshes", placement.mesh).get("primitives")
     for primitive in primitives if isinstance(primitives, list) else []:
         extensions = primitive.get("extensions") if isinstance(primitive, dict) else None

@@ -44,7 +44,7 @@ PALETTE_COLUMNS = 64
 FIRST_TAG = 252
 
 _MISFIT = (LookupError, AttributeError, TypeError, ValueError, ArithmeticError, RecursionError)
-"""What taking apart a meta.json of another shape raises."""
+"""Errors that reading a meta.json of another shape raises."""
 
 _BAD_ZIP = (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, ValueError)
 _METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
@@ -99,7 +99,7 @@ def read_sog_blocks(path: Path, rows: int = ROWS_PER_BLOCK) -> SplatBlocks:
 
 @dataclass(frozen=True, slots=True)
 class _Source:
-    """Where the files of one SOG are: a folder or a zip."""
+    """Folder or zip that holds the files of one SOG."""
 
     path: Path
 

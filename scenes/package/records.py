@@ -35,7 +35,7 @@ class Stage:
 
 @dataclass(frozen=True, slots=True)
 class ViewPoint:
-    """Where the room was photographed from; the photo itself is not kept.
+    """Camera and pose of a photo of the room; the photo itself is not kept.
 
     Attributes:
         name: of the photo.

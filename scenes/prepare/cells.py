@@ -1,4 +1,4 @@
-"""Which cell of space each of many points lies in, without sorting their coordinates by rows."""
+"""Cells of space that many points lie in, without sorting their coordinates by rows."""
 
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ REACH_VOXELS = 4.0
 """How far from a surface the signed distance is kept; surfaces thinner than twice that may
 vanish."""
 SKY_SHARE = 8.0
-"""What is so much farther away than the nearest quarter of a picture is sky, or as good as."""
+"""Depth from which on it is sky, or as good as, over that of the nearest quarter of a picture."""
 FARTHEST_SHARE = 4.0
 """How far the fused surface reaches, in typical distances."""
 MIN_VIEWS = 1.5

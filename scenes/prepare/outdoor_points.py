@@ -33,7 +33,7 @@ SKY_CELL_DEG = 2.0
 SKY_BLUE = 1.12
 """Sky has so much more blue than red."""
 OUTDOORS_M = 15.0
-"""Who sees no farther is in a room, and its blue walls are no sky."""
+"""Distance seen, metres, below which pictures are of a room: its blue walls are no sky."""
 CLOUD_GREY = 140
 """Each channel of a cloud is brighter (0..255)."""
 MIN_SKY_SHARE = 0.03

@@ -27,7 +27,7 @@ ON_THE_WAY = 5
 """Photos that give the direction of walking, the one in question among them."""
 MIN_ANGLE_DEG, BEST_ANGLE_DEG = 0.5, 6.0
 MAX_SIZE_RATIO = 1.6
-"""What another photo shows larger or smaller by more looks different there."""
+"""Ratio of sizes in two photos beyond which a surface looks different in them."""
 WINDOW = (7, 7)
 """Pixels that are compared around each."""
 MIN_CORRELATION = 0.8

@@ -113,7 +113,7 @@ def _holders(arrays: PictureArrays) -> int:
 
 
 def _references_of_idle_arrays() -> int:
-    """What `_holders` says of arrays that only a list holds, on this interpreter."""
+    """Count that `_holders` gives for arrays that only a list holds, on this interpreter."""
     kept = [_fresh(1)]
     return _holders(kept[0])
 

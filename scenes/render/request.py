@@ -1,5 +1,5 @@
 # pyright: standard
-"""What every renderer refuses, and in which words."""
+"""Checks of every renderer's arguments, and their messages."""
 
 from __future__ import annotations
 
@@ -185,7 +185,7 @@ def refuse_exact(options: RenderOptions, reason: str) -> None:
 
 
 def described(value: object) -> str:
-    """What an argument is, for messages: dtype and shape, or its type."""
+    """Describe an argument for messages: dtype and shape, or its type."""
     if isinstance(value, np.ndarray):
         return f"{value.dtype} {value.shape}"
     return type(value).__name__

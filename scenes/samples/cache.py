@@ -30,7 +30,7 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StaticPart:
-    """What never moves in a room: one lit mesh, the boxes that stop objects, the printed codes."""
+    """Fixed part of a room: one lit mesh, the boxes that stop objects, the printed codes."""
 
     mesh: TexturedMesh
     solids: tuple[BoxPart, ...]

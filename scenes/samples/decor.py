@@ -1,4 +1,4 @@
-"""What makes a room lived in: window, door, pictures, shelf contents, plant, sofa, lamp, papers.
+"""Decoration of a room: window, door, pictures, shelf contents, plant, sofa, lamp, papers.
 
 What hangs on a wall is built in the wall's frame (x right, y up, z out of the wall) and placed by
 the wall's pose.

@@ -38,7 +38,7 @@ def _objects() -> tuple[PhysicalObject, ...]:
 
 
 def unlit() -> UnlitRoom:
-    """What never moves, before there is light."""
+    """Build the fixed part, before there is light."""
     rng = np.random.default_rng(2026)
     room = RoomSet()
     floor = parquet(rng, (186, 150, 110), mm_per_px=4.0)(*(BOX.high - BOX.low)[:2].tolist())

@@ -81,7 +81,7 @@ def page_edges(rng: np.random.Generator) -> Picture:
 
 
 def mug_band(rng: np.random.Generator) -> Picture:
-    """What is printed around a mug, 25 × 9.5 cm, 2 px per mm."""
+    """Draw the print around a mug, 25 × 9.5 cm, 2 px per mm."""
     image = Image.new("RGB", (500, 190), (226, 222, 212))
     draw = ImageDraw.Draw(image)
     draw.rectangle((0, 30, 500, 46), fill=(196, 72, 50))

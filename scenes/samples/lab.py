@@ -39,7 +39,7 @@ def _objects() -> tuple[PhysicalObject, ...]:
 
 
 def unlit() -> UnlitRoom:
-    """What never moves, before there is light."""
+    """Build the fixed part, before there is light."""
     rng = np.random.default_rng(2025)
     room = RoomSet()
     boards = parquet(rng, (196, 158, 114), mm_per_px=3.0)

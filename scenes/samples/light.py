@@ -47,7 +47,7 @@ class AreaLight:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class UnlitRoom:
-    """What never moves in a room, before there is light.
+    """Fixed part of a room, before there is light.
 
     Attributes:
         name: of the room.

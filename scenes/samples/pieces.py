@@ -144,7 +144,7 @@ def _bilinear(patch: FloatArray, s: FloatArray, t: FloatArray) -> FloatArray:
 
 
 def _print(design: Design, corners: FloatArray) -> tuple[Picture, FloatArray]:
-    """What is printed on top, and the place of its lower left corner: nothing in it is symmetric.
+    """Draw the print on top; return the place of its lower left corner too. It has no symmetry.
 
     A pale band along one edge, discs at one corner, a large letter, on painted grain.
     """

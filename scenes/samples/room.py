@@ -70,7 +70,7 @@ def unlit_room(
     lights: Iterable[AreaLight],
     reference: NDArray[np.float64],
 ) -> UnlitRoom:
-    """What was put together, ready to be lit; see `UnlitRoom` for the arguments."""
+    """Return the room's parts as one, ready to be lit; see `UnlitRoom` for the arguments."""
     surfaces, solids = tuple(room.surfaces), tuple(room.solids)
     return UnlitRoom(name, surfaces, solids, codes, tuple(lights), reference, LEVEL)
 

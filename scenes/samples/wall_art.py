@@ -1,5 +1,5 @@
 # pyright: standard
-"""What hangs on the walls and shines: posters, writing, screens, the view out of the window."""
+"""Pictures and lights on walls: posters, writing, screens, the view out of the window."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ TURN_BACK = {
     2: cv2.ROTATE_180,
     3: cv2.ROTATE_90_CLOCKWISE,
 }
-"""What turns a picture upright again that is turned by so many quarters clockwise."""
+"""Rotation that makes a picture upright again that is turned by so many quarters clockwise."""
 
 MAX_MAPS = 4
 """Resampling maps that are kept, each of 8 bytes a pixel: two sizes with two turns."""
@@ -161,7 +161,7 @@ _Maps = tuple[NDArray[np.int16], NDArray[np.uint16], NDArray[np.uint8]]
 def _sphere_maps(
     shape: tuple[int, int], turn: int, size: int, fov_deg: float, is_back: bool
 ) -> _Maps:
-    """Where a fisheye's pixels lie in an equirectangular plane, and its circle: 255 inside, else 0.
+    """Maps of a fisheye's pixels in an equirectangular plane, and its circle: 255 inside, else 0.
 
     The plane's middle is the front lens's axis; right of it is to the right of that.
     """

@@ -33,7 +33,7 @@ COMMAND = (
     f"import sys; sys.path.insert(0, {str(_ROOT)!r}); "
     "from devices.camera.pull.process import main; main()",
 )
-"""What is run. Only PyAV and four small modules are imported: 0.15 s until it connects."""
+"""Command of the process. Only PyAV and four small modules are imported: 0.15 s to connect."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,7 +195,7 @@ class PullSource:
 
 
 def _read(line: socket.socket) -> bytes | None:
-    """What came within `IDLE_S`; None for nothing, empty for the end."""
+    """Read for up to `IDLE_S`; None if nothing came, empty at the end."""
     try:
         return line.recv(READ_BYTES)
     except TimeoutError:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from devices.camera.units import StreamFormat, Unit
 
 OPENED, FORMAT, UNIT, FAILED = 1, 2, 3, 4
-"""What a message is."""
+"""Kinds of messages."""
 
 MAX_BYTES = 64 << 20
 """Longest message, bytes: a raw picture of 7680×3840 px with two bytes a pixel is 59 MB."""

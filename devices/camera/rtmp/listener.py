@@ -220,7 +220,7 @@ class RtmpListener:
         self._after(peer, was_published=was_published)
 
     def _after(self, peer: _Peer, *, was_published: bool) -> None:
-        """What a peer's new stage asks for."""
+        """Do as a peer's new stage asks."""
         if peer.session.stage is Stage.PUBLISHING and not was_published:
             self._publisher = peer
         self._send(peer)

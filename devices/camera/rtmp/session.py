@@ -91,7 +91,7 @@ class RtmpSession:
         return units
 
     def replies(self) -> bytes:
-        """What is to be sent, once."""
+        """Take the bytes to be sent; they are given once."""
         replies = b"".join(self._replies)
         self._replies.clear()
         return replies

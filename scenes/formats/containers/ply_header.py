@@ -45,7 +45,7 @@ class PlyElement:
 
 @dataclass(frozen=True, slots=True)
 class PlyHeader:
-    """What a PLY file says of itself: its elements by name and its comment lines."""
+    """Header of a PLY file: its elements by name and its comment lines."""
 
     elements: dict[str, PlyElement]
     comments: tuple[str, ...]

@@ -37,7 +37,7 @@ MAX_UNPACKED = 32_768
 """Bytes that one byte of a zstd stream can become: a block of 128 KiB takes 4 bytes at least."""
 
 MAX_WINDOW_BYTES = 1 << 26
-"""What a zstd stream may ask to look back; no level below 22 does by more."""
+"""Window that a zstd stream may look back over, bytes; no level below 22 asks for more."""
 
 MAX_EXTENSION_BYTES = 1 << 18
 
@@ -57,7 +57,7 @@ Bytes = NDArray[np.uint8]
 
 @dataclass(frozen=True, slots=True)
 class SpzFile:
-    """What an SPZ file says of itself.
+    """Header of an SPZ file.
 
     Attributes:
         path: the file.

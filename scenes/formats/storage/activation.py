@@ -1,4 +1,4 @@
-"""What splat files store (logarithms, logits, free quaternions) to a `SplatCloud`, and back."""
+"""Stored values (logarithms, logits, free quaternions) to a `SplatCloud`, and back."""
 
 from __future__ import annotations
 

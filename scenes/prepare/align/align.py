@@ -194,7 +194,7 @@ def _anchors(
     *,
     one_body: bool,
 ) -> tuple[Anchor, ...]:
-    """What came out for each code; `one_body` if all were placed together, as known."""
+    """Return an anchor for each code; `one_body` if all were placed together, as known."""
     anchors, used = [], 0
     for k, code in enumerate(codes):
         observations = seen[code.payload]

@@ -1,4 +1,4 @@
-"""Which way is up in a reconstruction, and where the floor is.
+"""Up direction and floor of a reconstruction.
 
 Two sources, the better first. The floor: the lowest large level plane of the sparse points. Before
 it, and where there is none: people hold a camera level, so that the photos' own x axes are

@@ -32,7 +32,7 @@ OBJECT_LIMITS = Limits(finest_m=0.0015, widest_m=0.012, edge_m=0.002, fold_m=0.0
 
 @dataclass(frozen=True, slots=True)
 class ScanImperfections:
-    """What is wrong with the scan, as deviations of normal noise unless said otherwise.
+    """Faults of a scan, as deviations of normal noise unless said otherwise.
 
     Attributes:
         along_normal_m: position noise of every splat along its normal.
@@ -186,7 +186,7 @@ def _floaters(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Surroundings:
-    """What stands around an object during the scan, for its light."""
+    """Surfaces around an object during the scan, for its light."""
 
     room: PhysicalRoom
     meshes: tuple[tuple[TexturedMesh, Pose], ...]

@@ -171,7 +171,7 @@ class _Fitter:
     def _along_the_surface(
         self, where: FloatArray, frames: FloatArray, reach: FloatArray
     ) -> FloatArray:
-        """Where a disc sticks out, its long axis goes the way the surface is straightest."""
+        """Turn the long axis of a disc that sticks out to the way the surface is straightest."""
         out = np.maximum(*(self._past(where, frames[:, k] * reach[:, k : k + 1]) for k in (0, 1)))
         sticking = np.flatnonzero(out > self.silhouette_bias_m)
         best = np.full(len(sticking), np.inf)

@@ -92,7 +92,7 @@ class Sites:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Wishes:
-    """What texture and edges ask for, before the splat count sets the scale."""
+    """Spacings that texture and edges ask for, before the splat count sets the scale."""
 
     turned: FloatArray
     slopes: FloatArray

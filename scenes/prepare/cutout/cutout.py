@@ -148,7 +148,7 @@ def make_object(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Mended:
-    """What becomes of an object's support without it.
+    """Support of an object, mended after the object is taken out.
 
     Attributes:
         shaded: (N,) the room's splats in the object's shadow.
@@ -177,7 +177,7 @@ def _mended(room: SplatCloud, found: Separation, box: UprightBox) -> _Mended:
 def _bounded(
     package: ScenePackage, found: Separation, renderer: NativeRenderer
 ) -> tuple[Separation, UprightBox]:
-    """What was found without what is the room's, and the box around it."""
+    """Leave the room's splats out of what was found; return the rest and the box around it."""
     room = package.room
     through = shows_background(room, found.labels, package.views, renderer=renderer)
     through |= found.outliers
@@ -205,7 +205,7 @@ def _on_object(room: SplatCloud, labels: BoolArray, surface: SeenSurface) -> Flo
 def _box(
     package: ScenePackage, found: Separation, through: BoolArray, renderer: NativeRenderer
 ) -> tuple[SeenSurface, UprightBox]:
-    """What the room's views show of the found splats, and the box around it or the splats."""
+    """Return the surface that the room's views show of the found splats, and its box."""
     room = package.room
     own = found.labels & ~through
     surface = seen_surface(room, own, package.views, renderer=renderer)
@@ -226,7 +226,7 @@ def _without_haze(
 
 
 def _with_residual_splats(room: SplatCloud, found: Separation, box: UprightBox) -> Separation:
-    """What the object would leave on its support goes with it, as floaters."""
+    """Add the residual splats that would stay on the object's support, as floaters."""
     left = residual_splats(room, found.labels | found.floaters, box.support_z_m)
     return replace(found, floaters=found.floaters | left)
 

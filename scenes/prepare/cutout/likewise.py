@@ -96,7 +96,7 @@ def taken_apart_like(
 def masks_of(
     scene: ScenePackage, item: ObjectModel, renderer: NativeRenderer
 ) -> tuple[MaskedView, ...]:
-    """Where up to three of a scan's views show one of its objects, each from another side.
+    """Masks of one of a scan's objects in up to three views, each from another side.
 
     Raises:
         ValueError: no view shows enough of it.

@@ -1,5 +1,5 @@
 # pyright: standard
-"""What looks movable in a room: bodies that stand free on the floor or on a table."""
+"""Proposals of movable objects: bodies that stand free on the floor or on a table."""
 
 from __future__ import annotations
 

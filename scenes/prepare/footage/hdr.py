@@ -25,7 +25,7 @@ CODES = 65_536
 
 
 def hdr_kind(frame: Any) -> str:
-    """What HDR a video's frame is; empty for standard range."""
+    """Kind of HDR of a video's frame; empty for standard range."""
     return NAMES.get(int(frame.color_trc or 0), "")
 
 

@@ -37,7 +37,7 @@ class Reason(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Quality:
-    """What a single picture is worth.
+    """Measured quality of a single picture.
 
     Attributes:
         brightness: mean grey level, 0..255.

@@ -128,7 +128,7 @@ def gather_video(
 
 @dataclass(frozen=True, slots=True)
 class _Film:
-    """What kind of pictures a video holds.
+    """Kind of pictures that a video holds.
 
     Attributes:
         rig_views: views to cut where the lenses are calibrated.
@@ -146,7 +146,7 @@ class _Film:
         return bool(self.rig_views or self.flat_views)
 
     def notes(self) -> tuple[str, ...]:
-        """What was done to the pictures, in whole sentences."""
+        """Changes made to the pictures, in whole sentences."""
         notes: list[str] = []
         if self.flat_views:
             notes.append(
@@ -280,7 +280,7 @@ def _written(
 def _pictures(
     picture: NDArray[np.uint8], options: CaptureOptions, film: _Film
 ) -> list[tuple[str, NDArray[np.uint8], float | None]]:
-    """What is stored of one frame: label, picture and focal length where it is known."""
+    """Pictures to store of one frame: label, picture and focal length if it is known."""
     if film.flat_views:
         return [(f"_{v.label}", cut(picture, v), v.focal_px) for v in film.flat_views]
     if options.rig is None:

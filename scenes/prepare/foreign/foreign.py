@@ -168,7 +168,7 @@ def with_collision(
 
 
 def no_movable_object(name: str) -> str:
-    """What is said of a scene in which only people can move."""
+    """Warning about a scene in which only people can move."""
     if name.endswith(".gnx"):
         return f"{name} has no movable object, so only people walk; 'nexus cut {name} --propose'"
     package = f"{Path(name).name.split('.')[0] or 'room'}.gnx"

@@ -1,4 +1,4 @@
-"""Where a camera could stand in a room of splats: free, above a floor, away from surfaces."""
+"""Places for a camera in a room of splats: free, above a floor, away from surfaces."""
 
 from __future__ import annotations
 
@@ -183,7 +183,7 @@ def _surface_points(room: SplatCloud) -> FloatArray:
 def _chosen(
     distance_m: FloatArray, floor: NDArray[np.bool_], low: FloatArray, cell: float, ceiling_m: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Where the camera stands, and places far from each other at several heights."""
+    """Choose the camera's place, and places far from each other at several heights."""
     candidates: list[FloatArray] = []
     clearances: list[FloatArray] = []
     for height_m in HEIGHTS_M:

@@ -1,4 +1,4 @@
-"""Which way is up in a cloud of splats, and where its floor and ceiling are.
+"""Up direction, floor and ceiling of a cloud of splats.
 
 A room's splats are flat and lie on its surfaces, so that a splat's thinnest axis is the surface's
 normal. Floor, ceiling and furniture share one normal; walls stand across it.

@@ -90,7 +90,7 @@ def _transforms_in(poses: Path) -> Path | None:
 
 
 def load_imported(work_dir: Path) -> Reconstruction:
-    """What `import_poses` kept.
+    """Read the reconstruction that `import_poses` kept.
 
     Raises:
         ValueError: it is missing or damaged.
@@ -109,7 +109,7 @@ def as_capture(reconstruction: Reconstruction, pictures: Path) -> Capture:
 
 
 def as_report(reconstruction: Reconstruction, poses: Path, pictures: Path) -> SfmReport:
-    """What there is to say of poses that are taken as they are."""
+    """Report on poses that are taken as they are."""
     names = tuple(view.name for view in reconstruction.views)
     left_out = reconstruction.left_out
     count = sum(file.suffix.lower() in PICTURE_SUFFIXES for file in pictures.iterdir())

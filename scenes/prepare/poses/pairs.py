@@ -1,5 +1,5 @@
 # pyright: standard
-"""Which pictures are matched with which: all with all, or neighbours and those that look alike."""
+"""Pairs of pictures to match: all with all, or neighbours and those that look alike."""
 
 from __future__ import annotations
 

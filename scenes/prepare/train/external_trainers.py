@@ -32,7 +32,7 @@ from scenes.render.renderer import RenderOptions
 from scenes.render.training import Exposure
 
 ITERATIONS = 30_000
-"""What these programs are made for; used where the options end by time alone."""
+"""Steps that these programs are made for; used where the options end by time alone."""
 
 POLL_S = 0.5
 PATIENCE_S = 10.0

@@ -315,7 +315,7 @@ class _Run:
 
 
 def _describe(options: TrainingOptions, reconstruction: Reconstruction) -> str:
-    """What is trained and how; the end may be moved without starting again."""
+    """Describe what is trained and how; the end may be moved without starting again."""
     names = ",".join(view.name for view in reconstruction.views)
     poses = sum(float(view.world_from_camera.matrix().sum()) for view in reconstruction.views)
     return (

@@ -142,7 +142,7 @@ class FrozenPicture:
         world_from_objects: Sequence[Pose] | None = None,
         world_from_camera: Pose | None = None,
     ) -> tuple[FloatArray, FloatArray]:
-        """Where the picture's light comes from: blend weights (K, H, W) and depths (K,)."""
+        """Blend weights (K, H, W) and depths (K,) that the picture's light comes from."""
         weights, prints = self._blended(clouds, world_from_objects, world_from_camera)
         return weights, np.array([prints[index].depths[i] for index, i in self._order])
 

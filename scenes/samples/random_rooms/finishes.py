@@ -1,4 +1,4 @@
-"""What a random object is covered with: plain, patterned, dark or shiny."""
+"""Finishes of random objects: plain, patterned, dark or shiny."""
 
 from __future__ import annotations
 

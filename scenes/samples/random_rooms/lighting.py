@@ -28,7 +28,7 @@ AROUND = 32
 """Directions in which openness is tested; its deviation is below 6 % of full light."""
 
 REACH_M = 0.9
-"""What is farther than this darkens a corner no more; walls of a room are 2 m and more apart."""
+"""Distance beyond which nothing darkens a corner; walls of a room are 2 m and more apart."""
 
 ACROSS = 3
 """Shadow rays along each side of a lamp: shadows have nine steps, blurred by the texels."""

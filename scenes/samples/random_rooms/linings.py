@@ -1,4 +1,4 @@
-"""What floors and walls are covered with."""
+"""Coverings of floors and walls."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ ROUND = 0
 """Symmetry of what looks the same at every yaw."""
 
 FLOOR, TOP, SEAT = "floor", "top", "seat"
-"""What an object may stand on: the floor, a table or cabinet, a sofa."""
+"""Supports of an object: the floor, a table or cabinet, a sofa."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

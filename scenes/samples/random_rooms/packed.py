@@ -1,4 +1,4 @@
-"""What is boxed: suitcases, cartons, cereal boxes, books, laptops."""
+"""Boxed objects: suitcases, cartons, cereal boxes, books, laptops."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where movable objects stand: on the floor, on tables, half behind furniture, under table tops."""
+"""Places of movable objects: the floor, tables, half behind furniture, under table tops."""
 
 from __future__ import annotations
 

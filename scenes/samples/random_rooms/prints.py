@@ -1,4 +1,4 @@
-"""What is printed on packages, covers and labels, drawn at random."""
+"""Random prints on packages, covers and labels."""
 
 from __future__ import annotations
 

@@ -67,7 +67,7 @@ class RandomRoom:
     lens_px: int
 
     def kind(self, object_id: str) -> str:
-        """What an object shares with its twins."""
+        """Name that an object shares with its twins."""
         return self.scanned.object_by_id(object_id).kind
 
     def seen_at(self, object_id: str, new_id: str, world_from_object: Pose) -> PhysicalObject:

@@ -1,4 +1,4 @@
-"""What gives way: cushions."""
+"""Soft objects: cushions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is turned on a lathe: plant pots, lamps, bottles, mugs, balls."""
+"""Objects turned on a lathe: plant pots, lamps, bottles, mugs, balls."""
 
 from __future__ import annotations
 

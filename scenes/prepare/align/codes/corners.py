@@ -36,13 +36,13 @@ SIGMA_FLOOR_PX = 0.02
 """No corner is better known than this: paper bends, lenses are calibrated to about this much."""
 
 CORRELATED = 3.0
-"""What is left over is not noise of single pixels (compression, texture, shadows), so that corners
-scatter by some times more than it predicts; measured on noisy, compressed pictures."""
+"""Ratio of the corners' scatter to the prediction from noise of single pixels: residuals are
+correlated (compression, texture, shadows). Measured on noisy, compressed pictures."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Corners:
-    """Where a symbol's printed corners are in a photo.
+    """Printed corners of a symbol in a photo.
 
     Attributes:
         pixels: (4, 2) float64 px: top left, top right, bottom right, bottom left as printed.

@@ -50,7 +50,7 @@ class Observation:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Placement:
-    """Where the bodies are, and how well that is known.
+    """Placed bodies, and how well their poses are known.
 
     Attributes:
         rotations: (B, 3, 3) reconstruction axes from body axes.

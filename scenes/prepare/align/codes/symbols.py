@@ -130,7 +130,7 @@ def _modules(barcode: zxingcpp.Barcode) -> NDArray[np.bool_]:
 
 
 def _format_cells(modules: int) -> NDArray[np.bool_]:
-    """Where level and mask are written: the same for every packing, and not the same mirrored.
+    """Cells that hold level and mask: the same for every packing, and not the same mirrored.
 
     Source: ISO/IEC 18004, 7.9.
     """

@@ -1,4 +1,4 @@
-"""Which of the codes that were seen can be used: they have a size, a place, and agree."""
+"""Choice of the seen codes that can be used: they have a size, a place, and agree."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What stands above the ground around an object, and what of it hangs together with the object."""
+"""Splats above the ground around an object, and those of them connected with the object."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ REACH_SHARE = 0.035
 RAISED_SHARE = 0.02
 """Of the photos' distance: what lies lower above the plane may be a card or the plane's noise."""
 FOOT = 2.0
-"""What lies less than this many times as high stands on the plane right below."""
+"""Height in times `RAISED_SHARE` below which points of an object are its foot on the plane."""
 SOLID = 0.3
 MIN_SPLATS = 30
 TAIL = 0.005

@@ -20,7 +20,7 @@ ITERATIONS = 5
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Prompt:
-    """What a person says about one object in one picture.
+    """Marks of a person on one object in one picture: a box, points.
 
     Attributes:
         box_px: (left, top, right, bottom) around the whole object, or None to use the strokes only.

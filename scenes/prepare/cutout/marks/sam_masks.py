@@ -28,7 +28,7 @@ MEAN = np.array([0.485, 0.456, 0.406], dtype=np.float32)
 DEVIATION = np.array([0.229, 0.224, 0.225], dtype=np.float32)
 """Of the pictures that these networks learned from, RGB 0..1."""
 ON, BESIDE, TOP_LEFT, BOTTOM_RIGHT = 1.0, 0.0, 2.0, 3.0
-"""What a point's label says to the decoder."""
+"""Labels of points, as the decoder expects them."""
 
 
 class SamMasks:

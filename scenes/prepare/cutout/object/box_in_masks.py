@@ -63,7 +63,7 @@ class LevelRectangle:
 def box_in_masks(
     views: Sequence[MaskedView], places: FloatArray, span_m: tuple[float, float]
 ) -> LevelRectangle | None:
-    """Where the box stands that the masks show; None if what they show is no box.
+    """Fit a standing box to masks; None if they show no box.
 
     Args:
         views: with masks of the object; pinhole ones from near enough are looked at.

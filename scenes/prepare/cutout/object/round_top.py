@@ -45,7 +45,7 @@ class RoundTop:
     radius_m: float
 
     def ends(self, axis: FloatArray) -> tuple[float, float]:
-        """Where it begins and ends along a level direction (2,) of length 1."""
+        """Ends along a level direction (2,) of length 1."""
         at = float(self.middle @ axis)
         return at - self.radius_m, at + self.radius_m
 

@@ -35,7 +35,7 @@ MIN_SPREAD = 0.03
 def reach_across(
     views: Sequence[SeenFrom], axis: FloatArray, above_m: float
 ) -> tuple[float, float] | None:
-    """Where an object begins and ends along a level direction; None if too few views look across.
+    """Ends of an object along a level direction; None if too few views look across.
 
     Args:
         views: what they show of it.
@@ -87,7 +87,7 @@ def widest_reach(
 def far_ends(
     views: Sequence[SeenFrom], axis: FloatArray, level_m: float
 ) -> tuple[float | None, float | None]:
-    """Where a level top begins and ends along a direction, on the sides away from the views.
+    """Ends of a level top along a direction, on the sides away from the views.
 
     The highest rays of an outline meet the top in its far rim, whatever their depths say. None
     where too few views look along the direction from the other side.

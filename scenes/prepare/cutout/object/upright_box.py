@@ -130,7 +130,7 @@ def upright_box(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Seen:
-    """What single views show of an object above its support.
+    """Points of an object above its support, as single views show them.
 
     Attributes:
         views: what they show.
@@ -169,7 +169,7 @@ class _Seen:
     def _beyond(
         self, rim: tuple[float, float], axis: FloatArray, across: tuple[float, float]
     ) -> tuple[float, float]:
-        """Where an object ends along a direction that reaches beyond its round top.
+        """Return the ends of an object along a direction that reaches beyond its round top.
 
         Legs do so on both sides, and a handle is not only low: what lies low on one side is the
         floor's.
@@ -183,7 +183,7 @@ class _Seen:
         return low, high
 
     def _near_end(self, axis: FloatArray, far: float, agreed: float) -> float:
-        """Where a level top seen from one side ends on that side.
+        """Return the near end of a level top seen from one side.
 
         As far from its middle as the far rim, if it is symmetric; depths measure it too,
         as roughly: both are used.

@@ -14,11 +14,11 @@ from scenes.prepare.cutout.structure.connected_bodies import bodies_of_splats
 from scenes.splats import SplatCloud
 
 FLOATERS = "floaters"
-"""What the stage of a cut without an object is called after."""
+"""Name of the stage of a cut without an object."""
 REACH_M = 0.12
 """Splats of a surface are closer to each other than this, plus their own size."""
 MIN_AREA_M2 = 0.004
-"""What hangs together with less opaque surface than this, away from all else, is no object."""
+"""Opaque surface below which a connected body, away from all else, is no object."""
 
 
 def find_floaters(cloud: SplatCloud) -> NDArray[np.bool_]:

@@ -1,5 +1,5 @@
 # pyright: standard
-"""What an object leaves on its support where it stood: dark edges, and the shadow at its foot.
+"""Residual splats of an object on its support: dark edges, and the shadow at its foot.
 
 Nobody saw the support there. Splats at an object's lower edge lie on both sides of it, and shadow
 goes with the object that casts it. What lies under or right beside the foot in a colour that the

@@ -37,11 +37,11 @@ MIN_SHARE_OF_HUE = 0.02
 SMOOTH_M = 0.05
 """Distance within which a shadow is uniform, metres."""
 NOTICED = 0.95
-"""What is darker than this share is in the shadow."""
+"""Share of the lit support's light below which a splat is in the shadow."""
 DARKEST = 0.4
 """No shadow is darker than this."""
 DARKER = 0.5
-"""What is darker than this share without the shadow is so by itself."""
+"""Share below which a splat without the shadow is dark by itself."""
 MIN_LIGHT = 1e-3
 THIN_M = 0.015
 """Standard deviation up to which splats lie flat: feet of objects that stand there do not."""

@@ -1,1 +1,1 @@
-"""What the splats of a room show by themselves: connected bodies, level planes, similar colours."""
+"""Structure of a room's splats: connected bodies, level planes, similar colours."""

@@ -1,5 +1,5 @@
 # pyright: standard
-"""Which of two kinds a colour fits better, and how usual it is among some."""
+"""Likelihood ratio of a colour between two kinds, and how usual it is among some."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # pyright: standard
-"""Which points, and which splats, hang together."""
+"""Connected bodies of points and of splats."""
 
 from __future__ import annotations
 

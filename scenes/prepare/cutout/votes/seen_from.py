@@ -1,4 +1,4 @@
-"""What one view shows of an object: points on it up to its outline."""
+"""Points of an object in one view, up to its outline."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ MIN_POINTS = 60
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SeenFrom:
-    """What one view shows of an object, up to its outline.
+    """Points of an object in one view, up to its outline.
 
     Attributes:
         eye: (3,) where it is seen from.

@@ -1,5 +1,5 @@
 # pyright: standard
-"""Where an object's surface is, as many views of the room together see it.
+"""Surface of an object, as many views of the room together see it.
 
 Splats of a trained room float before and behind what they paint, and big ones end far beyond their
 centres. What views agree about is firmer: the depth of what is drawn inside the object's outline,
@@ -62,7 +62,7 @@ one's points, is none of the object's."""
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SeenSurface:
-    """What views agree about; world points, none where too few views frame the object whole.
+    """Surface that views agree about; world points, none where too few frame the object whole.
 
     Attributes:
         own: (P, 3) on the object's surface.
@@ -117,7 +117,7 @@ def seen_surface(
 
 
 def _by_view(sights: Sequence[_Sight], own: FloatArray) -> tuple[SeenFrom, ...]:
-    """What each view shows near what they agree about; depths at edges may be far behind."""
+    """Points of each view near the agreed surface; depths at edges may be far behind."""
     tree = KDTree(own)
     seen = []
     for sight in sights:
@@ -133,7 +133,7 @@ def _by_view(sights: Sequence[_Sight], own: FloatArray) -> tuple[SeenFrom, ...]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Sight:
-    """What one view shows.
+    """Depth and outline of an object in one view.
 
     Attributes:
         view: which.

@@ -1,5 +1,5 @@
 # pyright: standard
-"""Where splats fall in a view with a mask, and how well the masks of several views fit together."""
+"""Projection of splats into views with masks, and how well the masks of several fit together."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class ViewVerdict:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Silhouette:
-    """Where points fall in one view; all (N,) bool.
+    """Relation of points to the mask of one view; all (N,) bool.
 
     Attributes:
         framed: in the picture.
@@ -50,7 +50,7 @@ class Silhouette:
 
 
 def silhouette(points: NDArray[np.float64], view: MaskedView, vote: Vote) -> Silhouette:
-    """Where world points (N, 3) fall in the view."""
+    """Project world points (N, 3) into a view and its mask."""
     camera = view.camera
     in_camera = view.world_from_camera.inverse() @ points
     pixels, framed = camera.project(in_camera)

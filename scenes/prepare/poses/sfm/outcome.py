@@ -1,5 +1,5 @@
 # pyright: standard
-"""What structure from motion leaves: pictures without distortion, and how it went."""
+"""Results of structure from motion: pictures without distortion, and how it went."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # pyright: standard
-"""What structure from motion says to people: which pictures failed, and what to film again."""
+"""Messages of structure from motion to people: which pictures failed, what to film again."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # pyright: standard
-"""What the photos' own depth says about places in the room: on a surface, or in front of all.
+"""Relation of places in the room to the photos' own depth: on a surface, or in front of all.
 
 Between what stereo has seen, a surface is taken to go on as it does at its rim: the inverse depth
 of a plane is affine in the pixels, so it is filled in harmonically, less so across edges of the
@@ -32,19 +32,19 @@ EDGE_UNITS = 12.0
 SEEN_SLACK, FILLED_SLACK = 0.01, 0.12
 """In front of a surface begins so far before it, as a share of its depth."""
 REACH = 0.06
-"""What is off a surface by less than this share of its depth is put back on it."""
+"""Share of its depth within which a place off a surface is put back on it."""
 MIN_VIEWS = 2
 MAX_PROPAGATED_POINTS = 1_000_000
 """Points of all views that are drawn into each."""
 ASKED = 20
 """Views that are asked to confirm what one sees, itself among them."""
 BEFORE, UPON, BEHIND = range(3)
-"""Where a place lies to a surface: in front of it, on it, behind it."""
+"""Sides of a surface that a place can lie on: in front of it, on it, behind it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Surface:
-    """What one view shows.
+    """Surface that one view shows.
 
     Attributes:
         view: its name.
@@ -173,7 +173,7 @@ def _stiffness(grey: NDArray[np.float64]) -> coo_array:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Verdict:
-    """What views say about N points.
+    """Verdict of views on N points.
 
     Attributes:
         is_stray: (N,) bool: more views see through it than see it on a surface.
@@ -185,7 +185,7 @@ class Verdict:
 
 
 def judge(points: NDArray[np.floating], surfaces: Sequence[Surface]) -> Verdict:
-    """Which points hang in front of what views see, and which are a little off it.
+    """Find the points that hang in front of what views see, and those a little off it.
 
     A view says nothing about what lies well behind its surface: that is hidden.
 
@@ -255,7 +255,7 @@ def _seen_by(
     NDArray[np.float32],
     NDArray[np.float32],
 ]:
-    """Which places fall into a picture, into which pixels, their z, and the ways from the eye."""
+    """Project places into a picture: which fall in, their pixels, z, and ways from the eye."""
     camera = surface.camera
     rays = places - surface.world_from_camera.translation.astype(np.float32)
     x, y, z = surface.world_from_camera.rotation.astype(np.float32).T @ rays.T

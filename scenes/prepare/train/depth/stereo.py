@@ -49,7 +49,7 @@ MIN_AGREEING = 2
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SeenDepth:
-    """What a view's partners say about its depth.
+    """Depth of a view, by stereo with its partners.
 
     Attributes:
         view: whose.

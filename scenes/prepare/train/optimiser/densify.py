@@ -1,5 +1,5 @@
 # pyright: standard
-"""Where splats are missing: faint ones go, those that show the most error are split.
+"""Densification: faint splats go, those that show the most error are split.
 
 A splat's error is the sum over pixels and pictures of its blend weight times the absolute error
 there. Splats are drawn by it and cut in two along their longest axis; the number of splats follows

@@ -40,12 +40,12 @@ class Exposures:
         self.steps = np.zeros(views + 1, dtype=np.int64)
 
     def of(self, view: int) -> Exposure:
-        """What a view shows of colours drawn."""
+        """Exposure of a view."""
         r, g, b, red, green, blue = self.values[PER_VIEW * view : PER_VIEW * (view + 1)].tolist()
         return Exposure((r, g, b), (red, green, blue), self._falloff())
 
     def lens(self) -> Exposure:
-        """What all views share."""
+        """Part of the exposure that all views share."""
         return Exposure(falloff=self._falloff())
 
     def step(self, view: int, distance: Distance) -> None:

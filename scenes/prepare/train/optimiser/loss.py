@@ -1,5 +1,5 @@
 # pyright: standard
-"""What training makes small, in numpy: L1 + D-SSIM of a picture against a photo, and its gradient.
+"""Training loss, in numpy: L1 + D-SSIM of a picture against a photo, and its gradient.
 
 The readable twin of `scenes.render.training.TrainingTarget.distance`; tests hold them together.
 """
@@ -50,7 +50,7 @@ def distance(rgb: FloatArray, photo: FloatArray, exposure: Exposure) -> tuple[Di
 
 
 def price_off_bounds(depth: float, bounds: DepthBounds) -> tuple[FloatArray, FloatArray]:
-    """What a unit of blend weight costs at a depth, by pixel, and the slope of that by the depth.
+    """Cost of a unit of blend weight at a depth, by pixel, and its slope by the depth.
 
     near / depth - 1 in front of the bounds, 1 - far / depth behind them, nothing between them, and
     at most `MAX_DEPTH_ERROR`, from where on it does not pull any more.

@@ -1,4 +1,4 @@
-"""What changes on the way: learning rates, picture size, how many splats. All by the share done."""
+"""Schedules by the share done: learning rates, picture size, how many splats."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ should, and stereo's own errors must not stay in the pictures."""
 
 
 def depth_price(done: float) -> float:
-    """What a step charges for light off the surfaces, at a share of the training."""
+    """Price of light off the surfaces, at a share of the training."""
     late = max(0.0, (done - DEPTH_FALL_FROM) / (1 - DEPTH_FALL_FROM))
     return DEPTH_PRICE * DEPTH_FALL**late
 
