@@ -11,11 +11,11 @@ from devices.adapter import Sink
 from devices.camera.address import AddressKind, CameraAddress
 from devices.camera.backlog import Arrived
 from devices.camera.decoding import Decoding
-from devices.camera.file_source import FileSource
-from devices.camera.insta360_source import Insta360Source
-from devices.camera.pull.source import PullSource
 from devices.camera.received import CameraState, CameraStatus, Received
 from devices.camera.rtmp.listener import RtmpListener
+from devices.camera.sources.file_source import FileSource
+from devices.camera.sources.insta360_source import Insta360Source
+from devices.camera.sources.pull_source import PullSource
 from devices.camera.units import (
     Idle,
     Source,

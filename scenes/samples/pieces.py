@@ -13,10 +13,10 @@ from PIL import Image, ImageDraw
 
 from scenes.mesh import BoxPart, PhysicalObject
 from scenes.pose import Pose
-from scenes.samples.atlas import mesh_from_surfaces
-from scenes.samples.graphics import font
+from scenes.samples.pictures.atlas import mesh_from_surfaces
+from scenes.samples.pictures.graphics import font
+from scenes.samples.pictures.textures import Rgb, noise, plain, tinted
 from scenes.samples.shapes import Picture, Surface, cells, quad
-from scenes.samples.textures import Rgb, noise, plain, tinted
 
 FloatArray = NDArray[np.float64]
 

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from scenes.pose import Pose
 from scenes.samples.furniture import RoomSet
+from scenes.samples.pictures.textures import FloatArray, Rgb, picture, plain, plaster
 from scenes.samples.shapes import Material, Picture, quad
-from scenes.samples.textures import FloatArray, Rgb, picture, plain, plaster
 
 WALL_SOLID_M = 0.2
 SKIRTING_M = (0.07, 0.014)

@@ -20,7 +20,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.samples import SAMPLE_NAMES, unlit_room
-from scenes.samples.atlas import mesh_from_surfaces
 from scenes.samples.light import (
     AreaLight,
     Float32Array,
@@ -31,6 +30,7 @@ from scenes.samples.light import (
     texels_of,
 )
 from scenes.samples.light_file import DATA, save_light
+from scenes.samples.pictures.atlas import mesh_from_surfaces
 
 VARIANT = "llvm_ad_rgb"
 BOUNCES = 8

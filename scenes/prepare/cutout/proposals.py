@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation, binary_erosion, binary_fill_holes
 
+from scenes.prepare.cutout.connected_bodies import bodies
 from scenes.prepare.cutout.labelling.separate import Separation
+from scenes.prepare.cutout.level_planes import LevelPlane, level_planes, on_planes
 from scenes.prepare.cutout.object.upright_box import UprightBox, upright_box
-from scenes.prepare.cutout.structure.connected_bodies import bodies
-from scenes.prepare.cutout.structure.level_planes import LevelPlane, level_planes, on_planes
 from scenes.splats import SplatCloud
 
 REACH_M = 0.05

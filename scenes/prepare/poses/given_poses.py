@@ -17,7 +17,7 @@ from scenes.prepare.footage.capture import (
     some_of,
 )
 from scenes.prepare.footage.sharpness import Reason
-from scenes.prepare.poses.import_colmap import find_model, import_colmap
+from scenes.prepare.poses.colmap_folder import find_model, import_colmap
 from scenes.prepare.poses.import_transforms import ignored_in, import_transforms
 from scenes.prepare.poses.sfm.job import SfmOptions
 from scenes.prepare.poses.sfm.run import MIN_VIEWS, SfmReport

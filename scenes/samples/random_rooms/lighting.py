@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from scenes.mesh import TexturedMesh
 from scenes.rays import RayScene
-from scenes.samples.atlas import grid_faces, mesh_from_surfaces
 from scenes.samples.light import AreaLight, Texels, linear_light, lit, texels_of
+from scenes.samples.pictures.atlas import grid_faces, mesh_from_surfaces
 from scenes.samples.shapes import Surface
 
 FloatArray = NDArray[np.float64]

@@ -9,7 +9,7 @@ import numpy as np
 
 from scenes.mesh import BoxPart, PhysicalObject, TexturedMesh
 from scenes.pose import Pose
-from scenes.samples.atlas import mesh_from_surfaces
+from scenes.samples.pictures.atlas import mesh_from_surfaces
 from scenes.samples.random_rooms.finishes import Finish
 from scenes.samples.shapes import Surface, placed
 

@@ -10,15 +10,16 @@ import numpy as np
 
 from scenes.mesh import BoxPart
 from scenes.pose import Pose
-from scenes.samples import decor, wall_art
+from scenes.samples import decor
 from scenes.samples.furniture import RoomSet
 from scenes.samples.light import AreaLight
+from scenes.samples.pictures import wall_art
+from scenes.samples.pictures.textures import picture, plain, plaster
 from scenes.samples.random_rooms.furniture import FURNITURE, Furniture, Stand
 from scenes.samples.random_rooms.linings import random_floor, random_wallpaper
 from scenes.samples.random_rooms.outlines import Outline, outline_of, overlaps
 from scenes.samples.shapes import Material, placed, quad
 from scenes.samples.shell import SKIRTING_M, WALL_SOLID_M, Shell
-from scenes.samples.textures import picture, plain, plaster
 
 SIDES = ("+y", "-y", "+x", "-x")
 YAW = {"+y": 0.0, "-y": math.pi, "+x": -math.pi / 2, "-x": math.pi / 2}

@@ -7,10 +7,10 @@ from typing import cast
 import numpy as np
 from PIL import Image, ImageDraw
 
-from scenes.samples.graphics import font
+from scenes.samples.pictures.graphics import font
+from scenes.samples.pictures.textures import Rgb, mixed, noise, tinted
 from scenes.samples.random_rooms.finishes import COLOURS
 from scenes.samples.shapes import Picture
-from scenes.samples.textures import Rgb, mixed, noise, tinted
 
 PX_PER_M = 1000.0
 """Fineness of print; small type of 5 mm is just readable."""

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from scenes.frames import look_at
 from scenes.mesh import PhysicalObject, PhysicalRoom
 from scenes.pose import Pose
-from scenes.samples.atlas import mesh_from_surfaces
-from scenes.samples.random_rooms import gloss
+from scenes.samples.pictures.atlas import mesh_from_surfaces
 from scenes.samples.random_rooms.families import FAMILIES
+from scenes.samples.random_rooms.finishes import with_highlight, with_scanned_highlight
 from scenes.samples.random_rooms.furniture import UNDER
 from scenes.samples.random_rooms.lighting import RoomLight, room_light
 from scenes.samples.random_rooms.movable import ATLAS_PX, TOP, Movable
@@ -83,7 +83,7 @@ class RandomRoom:
         if item.gloss > 0:
             middle = world_from_object.translation + np.array([0.0, 0.0, 0.5 * item.box_m[2]])
             halfway = _halfway(self.live.light_direction, self.ground.camera - middle)
-            surfaces = gloss.seen_from(surfaces, world_from_object.rotation.T @ halfway, item.gloss)
+            surfaces = with_highlight(surfaces, world_from_object.rotation.T @ halfway, item.gloss)
         mesh = mesh_from_surfaces(surfaces, width_px=ATLAS_PX)
         return item.physical(new_id, self.kind(object_id), world_from_object, mesh)
 
@@ -154,7 +154,7 @@ def _as_scanned(
 ) -> PhysicalObject:
     up = np.array([0.0, 0.0, 1.0])
     halfway = pose.rotation.T @ _halfway(towards, up)
-    surfaces = gloss.scanned(item.surfaces, halfway, item.gloss)
+    surfaces = with_scanned_highlight(item.surfaces, halfway, item.gloss)
     return item.physical(name, kind, pose, mesh_from_surfaces(surfaces, width_px=ATLAS_PX))
 
 

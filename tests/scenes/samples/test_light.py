@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from scenes.samples import SAMPLE_NAMES, unlit_room
 from scenes.samples.light import AreaLight, UnlitRoom, lit, texels_of
 from scenes.samples.light_file import BRIGHTEST, DATA, STEPS, load_light, save_light
+from scenes.samples.pictures.textures import plain
 from scenes.samples.shapes import bar, box, quad
-from scenes.samples.textures import plain
 from scenes.samples.trace_light import _denoised, _Tracer
 
 

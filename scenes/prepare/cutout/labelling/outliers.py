@@ -12,8 +12,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from scenes.prepare.cutout.colour_similarity import log_likelihood_ratio
 from scenes.prepare.cutout.labelling.above_ground import above_and_ground
-from scenes.prepare.cutout.structure.colour_similarity import log_likelihood_ratio
 from scenes.prepare.cutout.votes.lifting import FULL_SIGHT, Vote, inside_share
 from scenes.splats import SplatCloud
 

@@ -18,6 +18,8 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
 from scenes.package.records import ViewPoint
+from scenes.prepare.cutout.colour_similarity import log_likelihood_ratio
+from scenes.prepare.cutout.connected_bodies import bodies, bodies_of_splats
 from scenes.prepare.cutout.labelling.above_ground import (
     AROUND_M,
     FREE_SHARE,
@@ -30,10 +32,8 @@ from scenes.prepare.cutout.labelling.above_ground import (
 )
 from scenes.prepare.cutout.labelling.graph_cut import Links, cut, neighbour_links
 from scenes.prepare.cutout.labelling.outliers import outliers
+from scenes.prepare.cutout.level_planes import on_planes
 from scenes.prepare.cutout.marks.masked_view import MaskedView
-from scenes.prepare.cutout.structure.colour_similarity import log_likelihood_ratio
-from scenes.prepare.cutout.structure.connected_bodies import bodies, bodies_of_splats
-from scenes.prepare.cutout.structure.level_planes import on_planes
 from scenes.prepare.cutout.votes.lifting import FULL_SIGHT, Vote, inside_share, lift
 from scenes.prepare.cutout.votes.room_views import held_against_views
 from scenes.prepare.cutout.votes.silhouettes import (

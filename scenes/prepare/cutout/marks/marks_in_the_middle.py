@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from scenes.cameras import Pinhole
 from scenes.package import ScenePackage
 from scenes.package.records import ViewPoint
+from scenes.prepare.cutout.connected_bodies import bodies
+from scenes.prepare.cutout.level_planes import level_planes
 from scenes.prepare.cutout.marks.masks import Prompt
-from scenes.prepare.cutout.structure.connected_bodies import bodies
-from scenes.prepare.cutout.structure.level_planes import level_planes
 from scenes.splats import SplatCloud
 
 FloatArray = NDArray[np.float64]

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from scenes.pose import Pose
 from scenes.prepare.cutout.marks.masked_view import MaskedView
 from scenes.prepare.cutout.object.box_in_masks import LevelRectangle, box_in_masks
-from scenes.prepare.cutout.object.level_top import level_top
-from scenes.prepare.cutout.object.round_top import RoundTop, round_top
+from scenes.prepare.cutout.object.level_top import RoundTop, level_top, round_top
 from scenes.prepare.cutout.object.side_views import (
     far_ends,
     middle_of_top,

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scenes.cut import divide
 from scenes.package import ScenePackage
 from scenes.package.records import Stage
-from scenes.prepare.cutout.structure.connected_bodies import bodies_of_splats
+from scenes.prepare.cutout.connected_bodies import bodies_of_splats
 from scenes.splats import SplatCloud
 
 FLOATERS = "floaters"

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from scenes.prepare.cutout.colour_similarity import usual
 from scenes.prepare.cutout.labelling.above_ground import SOLID
-from scenes.prepare.cutout.structure.colour_similarity import usual
-from scenes.prepare.cutout.structure.level_planes import level_area
+from scenes.prepare.cutout.level_planes import level_area
 from scenes.splats import SplatCloud
 
 BoolArray = NDArray[np.bool_]

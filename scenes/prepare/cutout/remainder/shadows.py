@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 from scipy.spatial.distance import cdist
 
-from scenes.prepare.cutout.structure.colour_similarity import usual
-from scenes.prepare.cutout.structure.level_planes import level_area
+from scenes.prepare.cutout.colour_similarity import usual
+from scenes.prepare.cutout.level_planes import level_area
 from scenes.splats import SH_C0, SplatCloud
 
 BoolArray = NDArray[np.bool_]

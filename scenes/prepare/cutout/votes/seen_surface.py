@@ -19,7 +19,7 @@ from scipy.spatial import KDTree
 from scenes.cameras import pixel_centres
 from scenes.package.records import ViewPoint
 from scenes.prepare.cells import cells_of
-from scenes.prepare.cutout.structure.connected_bodies import bodies
+from scenes.prepare.cutout.connected_bodies import bodies
 from scenes.prepare.cutout.votes.cropped_views import CloseView, close_views, evenly
 from scenes.prepare.cutout.votes.framed import framed
 from scenes.prepare.cutout.votes.lifting import share

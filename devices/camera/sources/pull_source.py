@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from devices.camera.address import AddressKind, CameraAddress, address_to_json
-from devices.camera.pull.unit_line import Failed, LineError, LineReader, Opened
+from devices.camera.sources.unit_line import Failed, LineError, LineReader, Opened
 from devices.camera.units import IDLE_S, Idle, SourceError, Unit
 from devices.clock import Clock
 
@@ -31,7 +31,7 @@ COMMAND = (
     sys.executable,
     "-c",
     f"import sys; sys.path.insert(0, {str(_ROOT)!r}); "
-    "from devices.camera.pull.process import main; main()",
+    "from devices.camera.sources.pull_process import main; main()",
 )
 """Command of the process. Only PyAV and four small modules are imported: 0.15 s to connect."""
 

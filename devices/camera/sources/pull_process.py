@@ -13,7 +13,7 @@ import threading
 
 from devices.camera.address import CameraAddress, address_from_json
 from devices.camera.container_units import ContainerUnits
-from devices.camera.pull.unit_line import (
+from devices.camera.sources.unit_line import (
     Failed,
     LineError,
     encode_failed,

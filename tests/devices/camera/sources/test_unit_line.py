@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from devices.camera.pull.unit_line import (
+from devices.camera.sources.unit_line import (
     MAX_BYTES,
     UNIT,
     Failed,

@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
+from scenes.samples.pictures.textures import Rgb, noise, tinted
 from scenes.samples.shapes import Picture
-from scenes.samples.textures import Rgb, noise, tinted
 
 
 def font(size_px: int, *, bold: bool = False) -> ImageFont.FreeTypeFont:

@@ -9,9 +9,9 @@ import cv2
 import numpy as np
 from PIL import Image, ImageDraw
 
-from scenes.samples.graphics import font
+from scenes.samples.pictures.graphics import font
+from scenes.samples.pictures.textures import FloatArray, Rgb, noise, tinted
 from scenes.samples.shapes import Picture
-from scenes.samples.textures import FloatArray, Rgb, noise, tinted
 
 SUPERSAMPLE = 2
 """Pictures are drawn larger and averaged down, so that edges are smooth."""

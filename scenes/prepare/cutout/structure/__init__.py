@@ -1,1 +1,0 @@
-"""Structure of a room's splats: connected bodies, level planes, similar colours."""
