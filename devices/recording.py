@@ -24,10 +24,10 @@ from devices.recording_codec import (
     RecordedValue,
     decode_message,
     encode_message,
-    json_schema,
     stream_of,
 )
 from devices.recording_index import DAMAGE, RecordingError, damaged, open_reader
+from devices.recording_schemas import json_schema
 from devices.session_info import SessionInfo, session_from_json, session_to_json
 from devices.streams import ByteQuota
 

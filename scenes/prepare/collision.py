@@ -57,9 +57,7 @@ def mesh_of_splats(
     Raises:
         ValueError: no view, or nothing is seen in any of them.
     """
-    import open3d as o3d
-
-    depths = []
+    depths: list[tuple[Pinhole, Pose, NDArray[np.float32]]] = []
     for index, (camera, world_from_camera) in enumerate(views):
         small = _shrunk(camera)
         depth = surface_depth(cloud, small, world_from_camera, renderer=renderer)
@@ -68,6 +66,18 @@ def mesh_of_splats(
         progress((index + 1) / len(views), f"view {index + 1} of {len(views)}")
     if not depths:
         raise ValueError("the splats show no surface to any view; is the room trained?")
+    volume = _fused(depths)
+    try:
+        surface = volume.extract_triangle_mesh(MIN_VIEWS)
+    except RuntimeError:  # Open3D gives an empty mesh no colours, and stumbles over that
+        raise ValueError(NO_SURFACE) from None
+    return _tidied(surface.to_legacy())
+
+
+def _fused(depths: Sequence[tuple[Pinhole, Pose, NDArray[np.float32]]]) -> Any:
+    """Fuse depth pictures, each with its camera and pose, in one volume of signed distances."""
+    import open3d as o3d
+
     typical_m = float(np.median([typical_depth(depth) for _, _, depth in depths]))
     # Depth in metres, farthest first seen, and the reach of the signed distance in voxels.
     limits = (1.0, FARTHEST_SHARE * typical_m, REACH_VOXELS)
@@ -96,11 +106,7 @@ def mesh_of_splats(
         camera_from_world = tensor(world_from_camera.inverse().matrix())
         blocks = volume.compute_unique_block_coordinates(picture, lens, camera_from_world, *limits)
         volume.integrate(blocks, picture, lens, camera_from_world, *limits)
-    try:
-        surface = volume.extract_triangle_mesh(MIN_VIEWS)
-    except RuntimeError:  # Open3D gives an empty mesh no colours, and stumbles over that
-        raise ValueError(NO_SURFACE) from None
-    return _tidied(surface.to_legacy())
+    return volume
 
 
 def typical_depth(depth: NDArray[np.float32]) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.frames import look_at
-from scenes.mesh import QrCode
+from scenes.mesh import CollisionMesh, QrCode
 from scenes.package import ScenePackage, save_package
 from scenes.package.records import Stage, ViewPoint, code_to_json
 from scenes.pose import Pose
@@ -117,9 +117,25 @@ def prepare(
         metric, alignment = stretch.moved_reconstruction(metric), stretch.moved_alignment(alignment)
         training = replace(training, cloud=stretch.moved_cloud(training.cloud))
         mesh = None if mesh is None else stretch.moved_mesh(mesh)
+    package = _package(target.stem, training, metric, alignment, mesh, work)
+    floaters = 0
+    if not options.keep_floaters:
+        package, floaters = remove_floaters(package)
+    save_package(package, target)
+    return Prepared(package, capture, sfm, metric, alignment, training, floaters, stretch)
+
+
+def _package(
+    name: str,
+    training: TrainingResult,
+    metric: Reconstruction,
+    alignment: Alignment,
+    mesh: CollisionMesh | None,
+    work: WorkFolder,
+) -> ScenePackage:
     footprint = _footprint(metric)
-    package = ScenePackage(
-        name=target.stem,
+    return ScenePackage(
+        name=name,
         room=training.cloud,
         objects=(),
         codes=tuple(QrCode(a.payload, a.side_m, a.world_from_code) for a in alignment.anchors),
@@ -132,11 +148,6 @@ def prepare(
         ),
         collision=mesh,
     )
-    floaters = 0
-    if not options.keep_floaters:
-        package, floaters = remove_floaters(package)
-    save_package(package, target)
-    return Prepared(package, capture, sfm, metric, alignment, training, floaters, stretch)
 
 
 def _photos_with_poses(
