@@ -166,9 +166,9 @@ def add_arrival(mapping: ClockMapping, device_ns: int, received_ns: int) -> Cloc
 def estimate(mapping: ClockMapping) -> ClockEstimate | None:
     """Offset and drift, from round trips where there are any; None before the first sample."""
     if mapping.trips:
-        return _from_trips(mapping.trips)
+        return _estimate_from_trips(mapping.trips)
     if mapping.arrivals:
-        return _from_arrivals(mapping.arrivals)
+        return _estimate_from_arrivals(mapping.arrivals)
     return None
 
 
@@ -213,7 +213,7 @@ def _consistent(trips: tuple[_Bin, ...]) -> tuple[_Bin, ...]:
     return trips
 
 
-def _from_trips(trips: tuple[_Bin, ...]) -> ClockEstimate:
+def _estimate_from_trips(trips: tuple[_Bin, ...]) -> ClockEstimate:
     """The middle of all lines between the bounds, at the last trip."""
     t_s, low_ns, high_ns = _columns(trips)
     lower, upper = _drift_range(t_s, low_ns, high_ns)
@@ -233,7 +233,7 @@ def _from_trips(trips: tuple[_Bin, ...]) -> ClockEstimate:
     )
 
 
-def _from_arrivals(arrivals: tuple[_Bin, ...]) -> ClockEstimate:
+def _estimate_from_arrivals(arrivals: tuple[_Bin, ...]) -> ClockEstimate:
     """A robust line through the fastest arrivals, moved down to the fastest of all."""
     last = arrivals[-1]
     usual = float(np.median([arrival.count for arrival in arrivals]))

@@ -34,7 +34,9 @@ from devices.streams import ByteQuota
 SESSION_METADATA = "gaussiannexus.session"
 CLOSING_METADATA = "gaussiannexus.closing"
 DEFAULT_QUOTA_BYTES = 8 * 1024**3
+"""Messages of a recording at most, unless another quota is given."""
 VIDEO_RESERVE_SHARE = 0.1
+"""Share of the quota kept free of video, so that poses fit to the end."""
 
 
 class Recorder:
@@ -205,10 +207,10 @@ def read_recording(path: Path) -> Iterator[RecordedValue]:
         same_time: list[Encoded] = []
         for encoded in _messages(reader, path):
             if same_time and encoded.t_ns != same_time[0].t_ns:
-                yield from _decoded(same_time, path)
+                yield from _decode(same_time, path)
                 same_time = []
             same_time.append(encoded)
-        yield from _decoded(same_time, path)
+        yield from _decode(same_time, path)
 
 
 class RecordingReader:
@@ -276,7 +278,7 @@ class RecordingReader:
         Raises:
             RecordingError: it is damaged.
         """
-        return next(_decoded([encoded], self.path))
+        return next(_decode([encoded], self.path))
 
     def __enter__(self) -> RecordingReader:
         return self
@@ -332,7 +334,7 @@ def _messages(
         raise damaged(path, error) from None
 
 
-def _decoded(messages: list[Encoded], path: Path) -> Iterator[RecordedValue]:
+def _decode(messages: list[Encoded], path: Path) -> Iterator[RecordedValue]:
     for encoded in sorted(messages, key=_place):
         try:
             value = decode_message(encoded)

@@ -59,7 +59,7 @@ def open_reader(path: Path, file: IO[bytes]) -> SeekingReader:
         found = "an empty file" if not size else f"a file that begins with {head!r}"
         raise RecordingError(f"{path}: not a recording (MCAP): it is {found}")
     if not is_whole(path) or _summary_start(path, file, size) == 0:
-        return _scanned(path, file, size)
+        return _scan(path, file, size)
     file.seek(0)
     reader = SeekingReader(file, validate_crcs=True, record_size_limit=size)
     try:
@@ -68,7 +68,7 @@ def open_reader(path: Path, file: IO[bytes]) -> SeekingReader:
         raise damaged(path, error) from None
     parts = summary and (summary.chunk_indexes, summary.metadata_indexes, summary.channels)
     if summary is None or parts is None or not all(parts) or summary.statistics is None:
-        return _scanned(path, file, size)
+        return _scan(path, file, size)
     return reader
 
 
@@ -108,7 +108,7 @@ def _summary_start(path: Path, file: IO[bytes], size: int) -> int:
     return int(start)
 
 
-def _scanned(path: Path, file: IO[bytes], size: int) -> SeekingReader:
+def _scan(path: Path, file: IO[bytes], size: int) -> SeekingReader:
     """A reader whose index was made by going through the file once."""
     reader = _ScannedReader(file, size)
     try:

@@ -99,6 +99,7 @@ class Pinhole:
 
 
 NO_DISTORTION = (0.0, 0.0, 0.0, 0.0)
+"""Coefficients of an equidistant fisheye."""
 
 
 @dataclass(frozen=True, slots=True)

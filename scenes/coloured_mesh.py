@@ -51,7 +51,7 @@ class Geometry:
             )
         if colours.shape != vertices.shape:
             raise ValueError(f"mesh colours: shape {colours.shape}, wanted {vertices.shape}")
-        packed = self.packed or _packed(vertices, faces, colours)
+        packed = self.packed or _pack(vertices, faces, colours)
         for array in (vertices, faces, colours):
             array.setflags(write=False)
         for name, value in zip(
@@ -94,7 +94,7 @@ def unpacked(text: str, *, vertex_count: int, face_count: int) -> Geometry:
     return Geometry(vertices, faces, colours, text)
 
 
-def _packed(
+def _pack(
     vertices: NDArray[np.float32], faces: NDArray[np.int32], colours: NDArray[np.uint8]
 ) -> str:
     raw = vertices.astype("<f4").tobytes() + faces.astype("<i4").tobytes() + colours.tobytes()

@@ -78,7 +78,7 @@ class ContainerUnits:
         self.tracks = 0
         try:
             for name in _names(address):
-                self._add(_opened(address, name, self._stack))
+                self._add(_open(address, name, self._stack))
         except BaseException:
             self._stack.close()
             raise
@@ -177,7 +177,7 @@ def _options(address: CameraAddress) -> tuple[str | None, dict[str, str]]:
     return None, {} if kind is AddressKind.FILE else {**LOW_DELAY, "live_start_index": "-1"}
 
 
-def _opened(address: CameraAddress, name: str, stack: ExitStack) -> Any:
+def _open(address: CameraAddress, name: str, stack: ExitStack) -> Any:
     """FFmpeg's container; `stack` closes it."""
     form, options = _options(address)
     file: Any = name

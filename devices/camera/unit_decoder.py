@@ -54,7 +54,7 @@ class UnitDecoder:
         self.damaged = 0
         self._is_intra = form.codec not in ("h264", "hevc")
         self._started = self._is_intra
-        self._context = _opened(form)
+        self._context = _open(form)
 
     def decode(self, unit: Unit, number: int) -> Decoded | None:
         """The picture that a unit completes; None before a keyframe and where it is damaged.
@@ -99,7 +99,7 @@ class UnitDecoder:
         return Decoded(number if frame.pts is None else frame.pts, picture_of(frame))
 
 
-def _opened(form: StreamFormat) -> Any:
+def _open(form: StreamFormat) -> Any:
     context = cast("Any", av.CodecContext.create(form.codec, "r"))
     context.thread_type = ThreadType.SLICE
     context.thread_count = DECODER_THREADS

@@ -178,11 +178,11 @@ def read_get_options(body: bytes) -> tuple[int, ...]:
         if field.number == 1 and field.kind == VARINT and isinstance(field.value, int):
             numbers.append(field.value)
         elif field.number == 1 and field.kind == BYTES and isinstance(field.value, bytes):
-            numbers += _packed(field.value)
+            numbers += _pack(field.value)
     return tuple(numbers)
 
 
-def _packed(data: bytes) -> list[int]:
+def _pack(data: bytes) -> list[int]:
     """Numbers of a packed field, which are varints of one byte or two for known options."""
     numbers: list[int] = []
     value, shift = 0, 0

@@ -141,13 +141,13 @@ class PacketParser:
                 )
             if len(held) - at < size:
                 break
-            packets.append(_decoded(bytes(held[at + 4 : at + size])))
+            packets.append(_decode(bytes(held[at + 4 : at + size])))
             at += size
         del held[:at]
         return packets
 
 
-def _decoded(payload: bytes) -> Packet:
+def _decode(payload: bytes) -> Packet:
     kind, rest = payload[0], payload[3:]
     if kind == _STREAM:
         if len(rest) < _STREAM_HEAD.size:

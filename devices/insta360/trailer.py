@@ -128,8 +128,8 @@ def read_trailer_of(file: BinaryIO) -> Trailer | None:
     body = file.read(size - _FOOTER.size)
     last = _HEAD.unpack_from(body, len(body) - _HEAD.size) if len(body) >= _HEAD.size else None
     if last is not None and last[1] == INDEX and last[2] and last[2] % _SLOT.size == 0:
-        return _indexed(body, version, reserved, boxed=boxed)
-    records = tuple(_walked_back(body))[::-1]
+        return _index(body, version, reserved, boxed=boxed)
+    records = tuple(_walk_back(body))[::-1]
     return Trailer(records, version, boxed=boxed, reserved=reserved)
 
 
@@ -164,7 +164,7 @@ def _footer(file: BinaryIO) -> tuple[int, int, bytes, bool, int] | None:
     return size, version, reserved, boxed, start
 
 
-def _walked_back(body: bytes) -> Iterator[Record]:
+def _walk_back(body: bytes) -> Iterator[Record]:
     """Records from the last to the first; they must fill the trailer exactly."""
     at, count = len(body), 0
     while at:
@@ -182,7 +182,7 @@ def _walked_back(body: bytes) -> Iterator[Record]:
         at = begin
 
 
-def _indexed(body: bytes, version: int, reserved: bytes, *, boxed: bool) -> Trailer:
+def _index(body: bytes, version: int, reserved: bytes, *, boxed: bool) -> Trailer:
     """Records where the index says they are; it must not let them overlap."""
     index_format, _id, index_bytes = _HEAD.unpack_from(body, len(body) - _HEAD.size)
     index_at = len(body) - _HEAD.size - index_bytes
@@ -273,10 +273,10 @@ def write_trailer(media: Path, target: Path, trailer: Trailer) -> int:
     end = trailer_bytes(trailer)
     with media.open("rb") as file:
         size = media_size(file)
-        return write_file(target, _copied(file, size, end))
+        return write_file(target, _copy(file, size, end))
 
 
-def _copied(file: BinaryIO, size: int, end: bytes) -> Iterator[bytes]:
+def _copy(file: BinaryIO, size: int, end: bytes) -> Iterator[bytes]:
     file.seek(0)
     while size > 0:
         block = file.read(min(size, _COPY_BYTES))

@@ -203,8 +203,8 @@ def _columns(source: _Source, meta: dict[str, Any]) -> _Columns:
     rgba = source.pixels(meta["sh0"]["files"][0], count)
     scale_pixels = source.pixels(meta["scales"]["files"][0], count)[:, :3]
     if coded:
-        log_scales = _looked_up(_codebook(meta["scales"]["codebook"]), scale_pixels)
-        dc = _looked_up(_codebook(meta["sh0"]["codebook"]), rgba[:, :3])
+        log_scales = _look_up(_codebook(meta["scales"]["codebook"]), scale_pixels)
+        dc = _look_up(_codebook(meta["sh0"]["codebook"]), rgba[:, :3])
         opacities: Column = lambda rows: rgba[rows, 3] / np.float32(255.0)  # noqa: E731
     else:
         low, high = _limits(meta["sh0"], 4)
@@ -301,7 +301,7 @@ def _higher(
     return k + 1, lambda rows: low + (high - low) * (palette[labels[rows]] / 255.0)
 
 
-def _looked_up(book: Floats, pixels: Bytes) -> Column:
+def _look_up(book: Floats, pixels: Bytes) -> Column:
     return lambda rows: book[pixels[rows]]
 
 

@@ -86,7 +86,7 @@ def write_spz_blocks(path: Path, splats: SplatBlocks) -> int:
     """As `write_spz`, with one block in memory at a time and attributes set aside on disk."""
     if splats.count > MAX_SPLATS:
         raise refusal(path, "", f"{splats.count} splats, limit {MAX_SPLATS}", "write a PLY instead")
-    return write_file(path, _packed(path, splats))
+    return write_file(path, _pack(path, splats))
 
 
 @damaged_values_are_quiet
@@ -127,7 +127,7 @@ def _decode_rotations(file: SpzFile, packed: NDArray[np.uint8]) -> NDArray[np.fl
     return np.roll(xyzw, 1, axis=1)
 
 
-def _packed(path: Path, splats: SplatBlocks) -> Iterator[bytes]:
+def _pack(path: Path, splats: SplatBlocks) -> Iterator[bytes]:
     """The file in order, once all blocks have been packed and set aside."""
     file = SpzFile(path, 4, splats.count, splats.sh_degree, FRACTIONAL_BITS, 0)
     widths = [width for width in file.widths() if width * splats.count]

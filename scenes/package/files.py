@@ -12,6 +12,7 @@ from typing import Any
 from scenes.formats.storage.atomic import write_file
 
 MAX_JSON_BYTES = 64 * 2**20
+"""Limit of a JSON file that is read."""
 MAX_NUMBER = 1e6
 """No number in a package is larger: rooms are measured in metres."""
 

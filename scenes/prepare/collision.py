@@ -24,6 +24,7 @@ from scenes.splats import SplatCloud
 VOXEL_SHARE = 1 / 120
 """Finest detail, as a share of the typical distance: 2.5 cm at 3 m."""
 MIN_VOXEL_M = 0.02
+"""Finest detail in a small room, metres."""
 REACH_VOXELS = 4.0
 """How far from a surface the signed distance is kept; surfaces thinner than twice that may
 vanish."""
@@ -35,8 +36,11 @@ MIN_VIEWS = 1.5
 """A surface that fewer views have seen is left out."""
 NO_SURFACE = "the splats show no surface that two views agree about; train longer"
 PICTURE_PX = (320, 240)
+"""Largest size of the depth pictures, px."""
 MAX_FACES = 60_000
+"""Triangles of a room's mesh, for the physics' sake."""
 MIN_BODY_FACES = 60
+"""Triangles below which a connected piece is a speck."""
 
 
 def mesh_of_splats(
@@ -59,22 +63,22 @@ def mesh_of_splats(
     """
     depths: list[tuple[Pinhole, Pose, NDArray[np.float32]]] = []
     for index, (camera, world_from_camera) in enumerate(views):
-        small = _shrunk(camera)
+        small = _shrink(camera)
         depth = surface_depth(cloud, small, world_from_camera, renderer=renderer)
         if depth.any():
             depths.append((small, world_from_camera, depth))
         progress((index + 1) / len(views), f"view {index + 1} of {len(views)}")
     if not depths:
         raise ValueError("the splats show no surface to any view; is the room trained?")
-    volume = _fused(depths)
+    volume = _fuse(depths)
     try:
         surface = volume.extract_triangle_mesh(MIN_VIEWS)
     except RuntimeError:  # Open3D gives an empty mesh no colours, and stumbles over that
         raise ValueError(NO_SURFACE) from None
-    return _tidied(surface.to_legacy())
+    return _tidy(surface.to_legacy())
 
 
-def _fused(depths: Sequence[tuple[Pinhole, Pose, NDArray[np.float32]]]) -> Any:
+def _fuse(depths: Sequence[tuple[Pinhole, Pose, NDArray[np.float32]]]) -> Any:
     """Fuse depth pictures, each with its camera and pose, in one volume of signed distances."""
     import open3d as o3d
 
@@ -119,7 +123,7 @@ def typical_depth(depth: NDArray[np.float32]) -> float:
     return float(np.median(seen[seen <= SKY_SHARE * np.quantile(seen, 0.25)]))
 
 
-def _shrunk(camera: Pinhole) -> Pinhole:
+def _shrink(camera: Pinhole) -> Pinhole:
     scale = min(1.0, PICTURE_PX[0] / camera.width_px, PICTURE_PX[1] / camera.height_px)
     return Pinhole(
         max(1, round(camera.width_px * scale)),
@@ -131,7 +135,7 @@ def _shrunk(camera: Pinhole) -> Pinhole:
     )
 
 
-def _tidied(mesh: Any) -> CollisionMesh:
+def _tidy(mesh: Any) -> CollisionMesh:
     """Without specks, thinned to what a collision needs."""
     clusters, sizes, _ = mesh.cluster_connected_triangles()
     small = np.asarray(sizes)[np.asarray(clusters)] < MIN_BODY_FACES

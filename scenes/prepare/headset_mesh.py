@@ -17,15 +17,22 @@ from scenes.pose import Pose
 from scenes.prepare.progress import Progress, silent
 
 ICP_POINTS = 40_000
+"""Points of each surface in the last registration."""
 ICP_REACHES_M = (0.30, 0.10, 0.04)
+"""Distances within which points are matched, from one fit to the next, metres."""
 MIN_OVERLAP = 0.2
+"""Share of the mesh that has to find a partner."""
 
 SEARCH_POINTS = 1_500
+"""Points of each surface in the search."""
 COMPARED_POINTS = 20_000
+"""Points by which the results of the search are compared."""
 THINNED = 20
 """Of the compared points of another placement, every twentieth decides whether it is the same."""
 SEARCH_REACHES_M = (0.6, 0.25)
+"""Distances within which points are matched in the search, metres."""
 SEARCH_STEP_DEG = 20.0
+"""Yaws between the starts of the search, degrees."""
 AGREE_M = 0.10
 """A point of one surface this near to the other agrees with it: what splats leave of a wall is
 rough by some centimetres."""

@@ -24,12 +24,14 @@ from scenes.prepare.train.training_photos import Photos
 LOOKING_AHEAD = 0.75
 """Cosine between a photo's axis and the way to the next, from which stereo sees nothing."""
 PICTURE_PX = 320
+"""Longest side of the pictures, px."""
 DEPTH_TOLERANCE = 0.02
 """Relative difference of distances up to which two photos agree."""
 
 SKY_REACH = 6.0
 """How far away the dome is, in distances of the farthest sparse points."""
 SKY_CELL_DEG = 2.0
+"""Angle between points of the sky, degrees."""
 SKY_BLUE = 1.12
 """Sky has so much more blue than red."""
 OUTDOORS_M = 15.0

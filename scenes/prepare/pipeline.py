@@ -38,6 +38,7 @@ from scenes.prepare.train.trainer import PRESETS, TrainingResult
 from scenes.render.native import NativeRenderer
 
 RIG_HEIGHT_M = 1.3
+"""Height of the 360° camera over the floor's middle until one is placed, metres."""
 FOOTPRINT_SHARE = 0.02
 """Of the sparse points, left out at each side when the room's extent is found."""
 TRAINING = "training"
@@ -102,12 +103,12 @@ def prepare(
         capture, reconstruction, sfm = _photos_with_given_poses(
             source, options.poses, work, options
         )
-    alignment = _aligned(reconstruction, work, options)
+    alignment = _align(reconstruction, work, options)
     metric = apply_alignment(reconstruction, alignment)
     if options.splats is None:
-        training = _trained(_with_outdoor_points(metric, work, options), work, options)
+        training = _train(_add_outdoor_points(metric, work, options), work, options)
     else:
-        training = _imported(options.splats, reconstruction, alignment, work, options, renderer)
+        training = _import(options.splats, reconstruction, alignment, work, options, renderer)
     mesh = None
     if options.collision:
         mesh = collision_mesh(training, metric, work, options, renderer)
@@ -198,9 +199,7 @@ def _photos_with_given_poses(
     return as_capture(reconstruction, pictures), reconstruction, report
 
 
-def _aligned(
-    reconstruction: Reconstruction, work: WorkFolder, options: PrepareOptions
-) -> Alignment:
+def _align(reconstruction: Reconstruction, work: WorkFolder, options: PrepareOptions) -> Alignment:
     def make(folder: Path, progress: Progress) -> Alignment:
         alignment = metric_alignment(reconstruction, options, progress)
         save_alignment(alignment, folder)
@@ -229,7 +228,7 @@ def _object_key(known: KnownObject | None) -> dict[str, Any]:
     return {"object": [known.points_m.tolist(), dict(known.boxes_px)]}
 
 
-def _with_outdoor_points(
+def _add_outdoor_points(
     metric: Reconstruction, work: WorkFolder, options: PrepareOptions
 ) -> Reconstruction:
     """Only what is trained sees them: scale, floor and footprint rest on the sparse points."""
@@ -259,7 +258,7 @@ def _with_outdoor_points(
     )
 
 
-def _trained(metric: Reconstruction, work: WorkFolder, options: PrepareOptions) -> TrainingResult:
+def _train(metric: Reconstruction, work: WorkFolder, options: PrepareOptions) -> TrainingResult:
     def make(folder: Path, progress: Progress) -> TrainingResult:
         trainer = trainer_of(options, work.seconds)
         result = train_room(metric, folder, trainer=trainer, progress=progress)
@@ -282,7 +281,7 @@ def _trained(metric: Reconstruction, work: WorkFolder, options: PrepareOptions) 
     )
 
 
-def _imported(
+def _import(
     file: Path,
     reconstruction: Reconstruction,
     alignment: Alignment,

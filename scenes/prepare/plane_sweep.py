@@ -23,6 +23,7 @@ from scenes.prepare.reconstruction import Reconstruction, View
 from scenes.prepare.train.training_photos import read_photo
 
 PARTNERS = 4
+"""Photos that each is compared with."""
 ON_THE_WAY = 5
 """Photos that give the direction of walking, the one in question among them."""
 MIN_ANGLE_DEG, BEST_ANGLE_DEG = 0.5, 6.0
@@ -31,6 +32,7 @@ MAX_SIZE_RATIO = 1.6
 WINDOW = (7, 7)
 """Pixels that are compared around each."""
 MIN_CORRELATION = 0.8
+"""Correlation of windows from which on they show the same place."""
 MIN_CONTRAST = 3.0
 """Grey levels of standard deviation below which a window shows nothing to compare."""
 MIN_POINTS = 10
@@ -56,9 +58,11 @@ class _Family:
 
 
 ACROSS = _Family(64, (0.02, 0.98), (0.5, 2.0))
+"""Planes across the view."""
 LEVEL = _Family(32, (0.9, 0.9), (0.5, 1.7))
 """Most of what lies far below a camera is what it stands on."""
 BESIDE = _Family(40, (0.2, 0.98), (0.7, 1.2))
+"""Upright planes at the sides."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -18,6 +18,7 @@ from scenes.render.renderer import PosedSplats
 from scenes.splats import SH_C0, SplatCloud
 
 MIN_ALPHA = 0.9
+"""Opacity of a pixel from which on its depth is of a surface."""
 STEEPEST = 0.04
 """Relative change of depth per pixel from which on a pixel lies on an edge: a mean of front and
 back."""

@@ -26,6 +26,7 @@ PictureArrays = tuple[
 MAX_BYTES = 256_000_000
 """Kept for later pictures; those of the size used longest ago go first."""
 BYTES_PER_PIXEL = 24
+"""Bytes of a pixel in all pictures of a rendering."""
 
 SMALL_BITS = 17
 """Pictures of up to two to the power of this many pixels are small."""

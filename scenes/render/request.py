@@ -13,7 +13,9 @@ from scenes.render.renderer import PosedSplats, RenderOptions, tiles_of
 from scenes.splats import SH_COUNTS, SplatCloud
 
 MAX_THREADS = 256
+"""Threads of a rendering."""
 MAX_SIDE_PX = 32_768
+"""Sides of a picture, px."""
 MAX_BACKGROUND = 1e15
 """Gradients are products of colours, which must stay within float32."""
 FOCAL_PX = (1e-3, 1e7)

@@ -14,7 +14,9 @@ from scenes.samples.pictures.textures import FloatArray, Rgb, picture, plain, pl
 from scenes.samples.shapes import Material, Picture, quad
 
 WALL_SOLID_M = 0.2
+"""Thickness of a wall that stops objects, metres."""
 SKIRTING_M = (0.07, 0.014)
+"""Height and thickness of a skirting board, metres."""
 WARM_WHITE: Rgb = (234, 230, 220)
 
 

@@ -24,10 +24,10 @@ class AmfError(ValueError):
 
 def encode_amf(*values: AmfValue) -> bytes:
     """Values one after another."""
-    return b"".join(_encoded(value) for value in values)
+    return b"".join(_encode(value) for value in values)
 
 
-def _encoded(value: AmfValue) -> bytes:
+def _encode(value: AmfValue) -> bytes:
     if value is None:
         return bytes([NULL])
     if isinstance(value, bool):
@@ -39,7 +39,7 @@ def _encoded(value: AmfValue) -> bytes:
     if isinstance(value, list):
         return struct.pack(">BI", STRICT_ARRAY, len(value)) + encode_amf(*value)
     fields = cast(Mapping[str, AmfValue], value)
-    inside = b"".join(_text(name) + _encoded(field) for name, field in fields.items())
+    inside = b"".join(_text(name) + _encode(field) for name, field in fields.items())
     return bytes([OBJECT]) + inside + b"\x00\x00" + bytes([OBJECT_END])
 
 

@@ -115,7 +115,7 @@ def open_spz(path: Path) -> SpzFile:
     with path.open("rb") as file:
         start = file.read(_HEADER_4.size)
     if start.startswith(GZIP_MAGIC):
-        return _unzipped_header(path)
+        return _unzip_header(path)
     if start.startswith(MAGIC):
         header = _parse(path, start, (4,))
         return replace(header, streams=_streams(path, header, start))
@@ -129,7 +129,7 @@ def unpacked(file: SpzFile, rows: int) -> Iterator[tuple[int, list[Bytes]]]:
         FormatError: the packed data is truncated or damaged, or is more than was announced.
     """
     with ExitStack() as stack:
-        columns = (_packed_columns if file.version == 4 else _zipped_columns)(file, stack)
+        columns = (_unpack_columns if file.version == 4 else _unzip_columns)(file, stack)
         for start, stop in extents(file.count, rows):
             parts = [
                 np.frombuffer(_take(file.path, column, name, (stop - start) * width), np.uint8)
@@ -185,7 +185,7 @@ def _parse(path: Path, data: bytes, versions: tuple[int, ...]) -> SpzFile:
     return SpzFile(path, version, count, degree, bits, flags)
 
 
-def _unzipped_header(path: Path) -> SpzFile:
+def _unzip_header(path: Path) -> SpzFile:
     """Versions 2 and 3."""
     with gzip.open(path) as stream:
         header = _parse(path, _take(path, stream, "header", _HEADER.size), (2, 3))
@@ -200,7 +200,7 @@ def _unzipped_header(path: Path) -> SpzFile:
     return header
 
 
-def _zipped_columns(file: SpzFile, stack: ExitStack) -> list[_Plain]:
+def _unzip_columns(file: SpzFile, stack: ExitStack) -> list[_Plain]:
     """Versions 2 and 3: the one stream, unpacked for each attribute from its place on."""
     columns: list[_Plain] = []
     at = _HEADER.size
@@ -213,7 +213,7 @@ def _zipped_columns(file: SpzFile, stack: ExitStack) -> list[_Plain]:
     return columns
 
 
-def _packed_columns(file: SpzFile, stack: ExitStack) -> list[_Plain]:
+def _unpack_columns(file: SpzFile, stack: ExitStack) -> list[_Plain]:
     """Version 4: a stream for each attribute."""
     columns: list[_Plain] = []
     for place in file.streams:

@@ -38,9 +38,11 @@ UNKNOWNS = 5
 TOLD_SIGMA = 0.03
 """Relative deviation of the scale from which on the user is warned."""
 SOLID = 0.5
+"""Opacity from which on a splat shows the object's surface."""
 REACH = 1.5
 """Standard deviations at which a splat has faded to a third: there its outline is."""
 MIN_SPLATS = 30
+"""Solid splats below which an object's shape is not known."""
 
 
 def box_corners(box_m: tuple[float, float, float]) -> FloatArray:
@@ -94,7 +96,7 @@ def align_by_object(
     views = [view for view in reconstruction.views if view.name in known.boxes_px]
     points_m = known.points_m - 0.5 * (known.points_m.min(axis=0) + known.points_m.max(axis=0))
     boxes = np.array([known.boxes_px[view.name] for view in views])
-    units_per_metre, yaw, sigma = _fitted(points_m, views, boxes, level, level @ middle)
+    units_per_metre, yaw, sigma = _fit(points_m, views, boxes, level, level @ middle)
     along = level.rotation.T @ (math.cos(yaw), math.sin(yaw), 0.0)
     alignment = standing_alignment(
         reconstruction, gravity, 1.0 / units_per_metre, middle[None], along, sigma
@@ -108,7 +110,7 @@ def align_by_object(
     return replace(alignment, warnings=(warning, *alignment.warnings))
 
 
-def _fitted(
+def _fit(
     points_m: FloatArray,
     views: Sequence[View],
     boxes: FloatArray,

@@ -22,9 +22,13 @@ CAMERA_TILT_DEG = 3.0
 """How far off the up direction from the cameras alone may well be."""
 
 SEARCH_TILT_DEG = 15.0
+"""Tilt from the first estimate of up within which a floor is looked for, degrees."""
 MIN_POINTS = 40
+"""Points on a floor at least, and below the cameras to look for one."""
 MIN_FLOOR_SHARE = 0.01
+"""Share of all points that lie on a floor at least."""
 TRIES = 2000
+"""Planes through three random points that are tried."""
 MAX_SHARE_BELOW = 0.04
 """A floor has at most this share of all points below it; a table top has more."""
 
@@ -134,10 +138,10 @@ def _floor_plane(
             best = (on, normal, float(offset))
     if best is None:
         return None
-    return _fitted(points, best[1], best[2], near)
+    return _fit(points, best[1], best[2], near)
 
 
-def _fitted(points: FloatArray, up: FloatArray, floor: float, near: float) -> Gravity:
+def _fit(points: FloatArray, up: FloatArray, floor: float, near: float) -> Gravity:
     on = points
     for _ in range(5):
         on = points[np.abs(points @ up - floor) < near]

@@ -23,7 +23,9 @@ HEIGHT_SIGMA = 0.25
 APP_SIGMA = 0.02
 """Relative deviation of the scale that a phone finds by its inertial sensors."""
 TURN_SIGMA_RAD = 0.02
+"""Deviation of up as estimated, radians about each axis."""
 UPRIGHT = 0.7
+"""Cosine to up from which on a camera's x axis gives no level direction."""
 GUESSED_GROUPS = 2
 """As little as can be known: bounds on the error become wide."""
 

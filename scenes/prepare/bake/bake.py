@@ -99,7 +99,7 @@ def bake(
         silhouette_bias_m=ROOM_SILHOUETTE_BIAS * flaws.silhouette_bias_m,
         limits=ROOM_LIMITS,
     )
-    cloud = _flawed(static, flaws, rng, scale)
+    cloud = _add_flaws(static, flaws, rng, scale)
     if flaws.floaters:
         cloud = concatenate([cloud, _floaters(room, cloud, flaws.floaters, rng)])
     models = []
@@ -139,14 +139,14 @@ def _model(
         item.object_id,
         item.object_id.replace("-", " ").capitalize(),
         item.kind,
-        _flawed(lit, flaws, rng, scale),
+        _add_flaws(lit, flaws, rng, scale),
         (w * scale, d * scale, h * scale),
         float(pose.translation[2]) * scale,
         Pose(pose.rotation, pose.translation * scale),
     )
 
 
-def _flawed(
+def _add_flaws(
     discs: Discs, flaws: ScanImperfections, rng: np.random.Generator, scale: float
 ) -> SplatCloud:
     """The discs as splats, with the imperfections."""

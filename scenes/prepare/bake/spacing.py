@@ -29,8 +29,11 @@ FloatArray = NDArray[np.float64]
 IndexArray = NDArray[np.int64]
 
 PER_TRIANGLE = 4
+"""Points in every triangle at which texture and edges are measured."""
 CANDIDATES_PER_SPLAT = 4
+"""Random places per splat, out of which the best spaced are kept."""
 CHUNK = 40_000
+"""Points that are worked on at once, for the memory."""
 SAME_SURFACE_M = 0.004
 """Sites farther apart along the normal belong to different surfaces."""
 GROWTH = 0.6
@@ -131,7 +134,7 @@ def choose_sites(
     )
     wishes = _wishes(soup, structure, edges, folds, points=probes, limits=limits)
     share = np.repeat(soup.areas / PER_TRIANGLE, PER_TRIANGLE)
-    scale = _solved_scale(wishes, share, count, limits)
+    scale = _solve_scale(wishes, share, count, limits)
     _, spacing = _spacing(wishes, scale, limits)
     density = (1.0 / spacing.prod(axis=1)).reshape(triangles, PER_TRIANGLE).mean(axis=1)
     pull = soup.areas * (density + 0.2 * np.average(density, weights=soup.areas))
@@ -229,7 +232,7 @@ def _wishes(
         across, wanted = _across(bends, where, frames, floor_m=floor_m, widest_m=limits.widest_m)
         nearer = wanted < limit
         limit[nearer], axis[nearer] = wanted[nearer], across[nearer]
-    return _Wishes(_turned(frames, angle), slopes, limit, axis)
+    return _Wishes(_turn(frames, angle), slopes, limit, axis)
 
 
 def _across(
@@ -246,13 +249,13 @@ def _across(
     return across, np.maximum(EDGE_SHARE * distance, floor_m)
 
 
-def _turned(frames: FloatArray, angle: FloatArray) -> FloatArray:
+def _turn(frames: FloatArray, angle: FloatArray) -> FloatArray:
     c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
     first = c * frames[:, 0] + s * frames[:, 1]
     return np.stack([first, np.cross(frames[:, 2], first), frames[:, 2]], axis=1)
 
 
-def _solved_scale(wishes: _Wishes, areas: FloatArray, count: int, limits: Limits) -> float:
+def _solve_scale(wishes: _Wishes, areas: FloatArray, count: int, limits: Limits) -> float:
     """The factor on the spacings at which the surface takes `count` sites."""
     step = max(1, len(areas) // 60_000)
     few = _Wishes(

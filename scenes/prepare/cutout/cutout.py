@@ -34,6 +34,7 @@ BoolArray = NDArray[np.bool_]
 FloatArray = NDArray[np.float64]
 
 MIN_SPLATS = 30
+"""Splats below which nothing was found."""
 BESIDE_BOX_M = 0.03
 """An object's splats farther outside its box than this float."""
 BELOW_SUPPORT_M = 0.01
@@ -107,9 +108,9 @@ def make_object(
     renderer: NativeRenderer,
 ) -> Cutout:
     """The package after the found splats became an object; see `cut_out`."""
-    found, box = _bounded(package, found, renderer)
+    found, box = _bound(package, found, renderer)
     splats = package.room.select(found.labels)
-    mended = _mended(package.room, found, box)
+    mended = _mend_support(package.room, found, box)
     room, cut = divide(
         package.room,
         found.labels,
@@ -161,7 +162,7 @@ class _Mended:
     fill: SplatCloud
 
 
-def _mended(room: SplatCloud, found: Separation, box: UprightBox) -> _Mended:
+def _mend_support(room: SplatCloud, found: Separation, box: UprightBox) -> _Mended:
     """The support of what was found, as it is without it."""
     gone = found.labels | found.floaters
     shaded, nothing = np.zeros_like(gone), room.select(np.zeros_like(gone))
@@ -174,7 +175,7 @@ def _mended(room: SplatCloud, found: Separation, box: UprightBox) -> _Mended:
     return _Mended(shaded, lit, fill if fill is not None else nothing)
 
 
-def _bounded(
+def _bound(
     package: ScenePackage, found: Separation, renderer: NativeRenderer
 ) -> tuple[Separation, UprightBox]:
     """Leave the room's splats out of what was found; return the rest and the box around it."""
@@ -192,8 +193,8 @@ def _bounded(
         room, found.labels & through, _on_object(room, found.labels & ~through, surface)
     )
     found = replace(found, labels=found.labels & ~background)
-    found = _without_haze(room, found, box, surface)
-    return (_with_residual_splats(room, found, box) if box.supported else found), box
+    found = _remove_haze(room, found, box, surface)
+    return (_add_residual_splats(room, found, box) if box.supported else found), box
 
 
 def _on_object(room: SplatCloud, labels: BoolArray, surface: SeenSurface) -> FloatArray:
@@ -213,7 +214,7 @@ def _box(
     return surface, upright_box(room.select(own), room.select(~gone), surface, found.masks)
 
 
-def _without_haze(
+def _remove_haze(
     room: SplatCloud, found: Separation, box: UprightBox, surface: SeenSurface
 ) -> Separation:
     """Splats that paint the object but hang well outside its box or below its support float."""
@@ -225,7 +226,7 @@ def _without_haze(
     return replace(found, labels=found.labels & ~beside, floaters=found.floaters | beside)
 
 
-def _with_residual_splats(room: SplatCloud, found: Separation, box: UprightBox) -> Separation:
+def _add_residual_splats(room: SplatCloud, found: Separation, box: UprightBox) -> Separation:
     """Add the residual splats that would stay on the object's support, as floaters."""
     left = residual_splats(room, found.labels | found.floaters, box.support_z_m)
     return replace(found, floaters=found.floaters | left)

@@ -10,9 +10,11 @@ from numpy.typing import NDArray
 from scenes.splats import SplatCloud
 
 BIN_M = 0.005
+"""Height of a bin, metres."""
 MIN_LEVEL_SHARE = 0.12
 """Of the splats' area: what lies in one level to be a plane."""
 MAX_PLANES = 8
+"""Planes that are looked for."""
 REACH_M = (0.004, 0.015)
 """How thick a plane may be taken, whatever its splats' noise says."""
 

@@ -110,7 +110,7 @@ def masks_of(
         apart = [abs(math.remainder(bearing - other, 2.0 * math.pi)) for _, other in chosen]
         if len(chosen) == VIEWS or any(turn < MIN_TURN_RAD for turn in apart):
             continue
-        masked = _masked(scene, item, view, renderer)
+        masked = _mask(scene, item, view, renderer)
         if masked is not None:
             chosen.append((masked, bearing))
     if not chosen:
@@ -151,7 +151,7 @@ def _bearing(view: ViewPoint, item: ObjectModel) -> float:
     return math.atan2(float(eye[1]), float(eye[0]))
 
 
-def _masked(
+def _mask(
     scene: ScenePackage, item: ObjectModel, view: ViewPoint, renderer: NativeRenderer
 ) -> MaskedView | None:
     """An object's mask in a view; None where something hides too much of it."""

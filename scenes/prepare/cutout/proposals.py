@@ -24,19 +24,27 @@ MIN_LEVEL_SHARE = 0.01
 LEVEL = 0.5
 """Upward spread of a splat, as a share of its largest, below which it lies level."""
 PATCH_REACH_M = 0.1
+"""Distance between splats of one patch of a support, metres."""
 PATCH_M2 = 0.4
 """Level patches of less area, counted in cells they touch, are parts of objects."""
 CELL_M = 0.01
+"""Side of a cell of an outline, metres."""
 RING_GAP_CELLS = 3
+"""Gaps of an outline of contact that are closed, in cells to either side."""
 MARGIN_CELLS = 5
+"""Cells around an outline."""
 CONTACT_M = 0.03
 """How far above its support an object's outline there is looked at."""
 MIN_SPLATS = 60
+"""Splats of a body at least."""
 STANDING_M = 0.03
 """How far above its support an object's lowest splats may lie."""
 RING_M = 0.2
+"""Width of the ring around a body in which its support is looked for, metres."""
 SECTORS = 16
+"""Directions in which a body has to be surrounded by its support."""
 MIN_SCORE = 0.5
+"""Score below which nothing is proposed."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -22,6 +22,7 @@ PICTURE_SUFFIXES = (
 )
 CAPTURE_FILE = "capture.json"
 JPEG_QUALITY = 96
+"""Quality of stored frames."""
 NOT_READ = frozenset({Reason.UNREADABLE, Reason.FOREIGN, Reason.SPHERICAL})
 MAX_NAMED = 5
 """Files that a message names; the others it counts."""

@@ -50,6 +50,7 @@ PLACES = 14
 """Places to look from, at most: 84 views, so that two or more see a surface of a large room."""
 
 VIEW_PX = 240
+"""Size of the pictures by which a place is judged, px."""
 VIEW_FOV_DEG = 100.0
 """Six views of 90° cover the sphere; the rest is overlap, as two views must agree on a surface."""
 
@@ -98,7 +99,7 @@ def find_free_space(room: SplatCloud, *, ceiling_m: float) -> FreeSpace:
     """
     around = clearance(room)
     low, cell, floor = around.low_m, around.cell_m, around.floor
-    stand, places = _chosen(around.distance_m, floor, low, cell, ceiling_m)
+    stand, places = _choose(around.distance_m, floor, low, cell, ceiling_m)
     columns = np.argwhere(floor)
     corners = np.quantile(columns, (0.005, 0.995), axis=0, method="nearest")
     footprint = low[:2] + cell * (corners + np.array([[0.0], [1.0]]))
@@ -180,7 +181,7 @@ def _surface_points(room: SplatCloud) -> FloatArray:
     return np.concatenate(points)
 
 
-def _chosen(
+def _choose(
     distance_m: FloatArray, floor: NDArray[np.bool_], low: FloatArray, cell: float, ceiling_m: float
 ) -> tuple[FloatArray, FloatArray]:
     """Choose the camera's place, and places far from each other at several heights."""

@@ -112,14 +112,14 @@ def find_level(cloud: SplatCloud, *, convention: Up, up: Up | None = None) -> Le
     """
     flat = _flat_splats(cloud)
     if up is not None:
-        chosen, evidence, direction = up, f"up is {up} as said", _refined(flat, AXES[up])
+        chosen, evidence, direction = up, f"up is {up} as said", _refine(flat, AXES[up])
     else:
         chosen, across = _axis(flat, convention)
-        direction = _refined(flat, AXES[chosen])
+        direction = _refine(flat, AXES[chosen])
         upper = _upper_share(flat, direction)
         if upper > CONTENT_DOUBT:
             chosen = _opposite(chosen)
-            direction, upper = _refined(flat, AXES[chosen]), 1.0 - upper
+            direction, upper = _refine(flat, AXES[chosen]), 1.0 - upper
         evidence = (
             f"up is {chosen} of the file: {across}, {100 * (1 - upper):.0f} % of what stands "
             "between floor and ceiling lies in the lower half"
@@ -196,12 +196,12 @@ def _upper_share(flat: _Flat, up: FloatArray) -> float:
     return float(flat.areas[between & (heights > 0.5)].sum()) / total
 
 
-def _refined(flat: _Flat, up: FloatArray) -> FloatArray:
+def _refine(flat: _Flat, up: FloatArray) -> FloatArray:
     """The normal of the floor's own plane, fitted in bands that get thinner.
 
     Single normals of a scan lean by a few degrees to the side that was seen; places do not.
     """
-    up = _tilted(flat, up)
+    up = _tilt(flat, up)
     for band in FIT_BANDS:
         floor, ceiling, _ = _levels(flat, up)
         reach = band * (ceiling - floor)
@@ -219,7 +219,7 @@ def _refined(flat: _Flat, up: FloatArray) -> FloatArray:
     return up
 
 
-def _tilted(flat: _Flat, up: FloatArray) -> FloatArray:
+def _tilt(flat: _Flat, up: FloatArray) -> FloatArray:
     """The mean normal of level surfaces where it is clearly off `up`; else `up`."""
     start = up
     for near_deg in (NEAR_DEG, 12.0, 8.0):

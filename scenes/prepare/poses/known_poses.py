@@ -15,6 +15,7 @@ from scenes.prepare.reconstruction import Reconstruction, View
 from scenes.prepare.saved_reconstruction import load_reconstruction
 
 MIN_POINTS_PER_VIEW = 10
+"""Points per picture below which the pictures show too little in common."""
 WORST_POSES = 0.005
 """Median distance of matches from where given poses put them, as a fraction of the width."""
 
@@ -46,7 +47,7 @@ def triangulate(
     job = Job(
         work=work_dir / SFM_FOLDER,
         pictures_folder=views[0].image.parent,
-        pictures=tuple(_with_known_pose(view) for view in views),
+        pictures=tuple(_picture_with_pose(view) for view in views),
         ordered=True,
         options=options or SfmOptions(),
     )
@@ -63,7 +64,7 @@ def triangulate(
     return Reconstruction(tuple(views), found.points, found.colours, found.errors_px)
 
 
-def _with_known_pose(view: View) -> Picture:
+def _picture_with_pose(view: View) -> Picture:
     camera = view.camera
     if not isinstance(camera, Pinhole):
         raise ValueError(  # noqa: TRY004 - the view is of the right type, not of the right kind

@@ -35,6 +35,7 @@ ITERATIONS = 30_000
 """Steps that these programs are made for; used where the options end by time alone."""
 
 POLL_S = 0.5
+"""Seconds between two looks at the program."""
 PATIENCE_S = 10.0
 """How long a program may take to end once it is asked to."""
 

@@ -19,8 +19,11 @@ from scenes.prepare.train.training_photos import typical_distance
 from scenes.splats import SplatCloud
 
 NEIGHBOURS = 3
+"""Neighbours whose mean distance is a first splat's size."""
 AROUND = 10
+"""Neighbours, itself among them, by which a surface's direction is estimated."""
 FIRST_OPACITY = 0.3
+"""Opacity of first splats."""
 MIN_POINTS = 10
 """Fewer points than this say nothing about a room."""
 SPACING = 0.025
@@ -28,6 +31,7 @@ SPACING = 0.025
 FIRST_SHARE = 0.4
 """Of the budget, at most: the rest goes where the error is."""
 FLATTEST = 0.2
+"""Thickness of a first splat over its width at least."""
 
 
 def seed_rows(

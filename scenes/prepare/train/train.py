@@ -38,8 +38,11 @@ from scenes.splats import SplatCloud
 BUILT_IN_VERSION = "built-in 6"
 """Counted up with every change to what it makes of the same photos."""
 REPORT_EVERY = 20
+"""Steps between two reports."""
 LOSS_MEMORY = 0.99
+"""Weight of the past in the running mean of the loss."""
 SAVE_EVERY_S = 60.0
+"""Seconds between two checkpoints."""
 STEREO_SHARE = 0.2
 """Of a training's time that passes before its first step, in depth from photo pairs: 0.2 and 0.27
 of the default's processor time with 64 and 84 photos. Only what progress says depends on it."""

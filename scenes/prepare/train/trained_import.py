@@ -24,6 +24,7 @@ MIN_PSNR_DB = 15.0
 CLEARLY_BETTER_DB = 2.0
 """If another reading of the file draws the photos so much better, that is how it was meant."""
 VIEWS_CHECKED = 5
+"""Views that are drawn to see whether the splats fit the photos."""
 MAX_PX = 640
 """Larger photos are checked at this size."""
 

@@ -147,7 +147,7 @@ def _point(picture: Picture, rng: np.random.Generator) -> tuple[int, int]:
     return int(rng.integers(int(picture.shape[1]))), int(rng.integers(int(picture.shape[0])))
 
 
-def with_highlight(
+def add_highlight(
     surfaces: Sequence[Surface], halfway: FloatArray, strength: float
 ) -> tuple[Surface, ...]:
     """The surfaces with the highlight that one camera sees.
@@ -157,17 +157,17 @@ def with_highlight(
         halfway: (3,) unit vector between the directions to light and camera, in the object's frame.
         strength: 0..1 of full white.
     """
-    return _with_highlight(surfaces, halfway, strength, SHARP)
+    return _add_highlight(surfaces, halfway, strength, SHARP)
 
 
-def with_scanned_highlight(
+def add_scanned_highlight(
     surfaces: Sequence[Surface], halfway: FloatArray, strength: float
 ) -> tuple[Surface, ...]:
-    """The surfaces with the pale, wide highlight of a scan; arguments as in `with_highlight`."""
-    return _with_highlight(surfaces, halfway, SCAN_SHARE * strength, BLURRED)
+    """The surfaces with the pale, wide highlight of a scan; arguments as in `add_highlight`."""
+    return _add_highlight(surfaces, halfway, SCAN_SHARE * strength, BLURRED)
 
 
-def _with_highlight(
+def _add_highlight(
     surfaces: Sequence[Surface], halfway: FloatArray, strength: float, exponent: float
 ) -> tuple[Surface, ...]:
     if strength <= 0:

@@ -150,7 +150,7 @@ def _furnish(
             if fits and not any(overlaps(outline, o, BETWEEN_M) for o in (*taken, *kept_free)):
                 _put(room, piece, pose)
                 taken.append(outline)
-                stands += [_turned(stand, pose) for stand in piece.stands]
+                stands += [_turn(stand, pose) for stand in piece.stands]
                 break
     return taken, stands
 
@@ -204,7 +204,7 @@ def _outline(piece: Furniture, pose: Pose) -> Outline:
     return outline_of(box, pose)
 
 
-def _turned(stand: Stand, pose: Pose) -> Stand:
+def _turn(stand: Stand, pose: Pose) -> Stand:
     corners = pose @ np.array([[*stand.low, stand.z], [*stand.high, stand.z]])
     low, high = corners.min(axis=0), corners.max(axis=0)
     return replace(stand, low=(float(low[0]), float(low[1])), high=(float(high[0]), float(high[1])))

@@ -134,7 +134,7 @@ def _in_photo(view: View) -> list[tuple[str, Sighting | Refusal, Symbol | None]]
             reason = "it is mirrored; switch off the front camera's mirror picture and film again"
             outcome = Refusal(view.name, reason)
         else:
-            outcome = _measured(
+            outcome = _measure(
                 view.name, grey, candidate.symbol, candidate.corners_px, was_read=True
             )
         results.append((candidate.payload, outcome, candidate.symbol))
@@ -181,7 +181,7 @@ def _april_tags(grey: NDArray[np.uint8]) -> list[_Candidate]:
     ]
 
 
-def _measured(
+def _measure(
     view: str, grey: NDArray[np.uint8], symbol: Symbol, start_px: FloatArray, *, was_read: bool
 ) -> Sighting | Refusal:
     """The sighting, or why there is none."""
@@ -242,7 +242,7 @@ def _look_again(views: tuple[View, ...], found: dict[str, _Gathered], progress: 
         if isinstance(view.camera, Pinhole):
             grey = _grey(view)
             for gathered, symbol, corners in wanted:
-                outcome = _measured(name, grey, symbol, corners, was_read=False)
+                outcome = _measure(name, grey, symbol, corners, was_read=False)
                 if isinstance(outcome, Sighting) and _is_near(outcome.corners_px, corners, symbol):
                     gathered.sightings.append(outcome)
         progress(0.6 + 0.4 * (number + 1) / len(expected), f"Looking again in {name}")

@@ -23,6 +23,7 @@ TAG_QUIET_MODULES = 1
 
 TAG_PREFIX = "apriltag:36h11:"
 TAG_COUNT = 587
+"""Codes of the family 36h11."""
 
 AGREEMENT = 0.9
 """A symbol written anew is believed if so many of the modules that were seen agree with it."""

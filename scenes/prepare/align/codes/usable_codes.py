@@ -78,7 +78,7 @@ def usable_codes(
                 f"code {anchor.payload!r}: side {side_m} m, wanted 0.005 to 5; give metres, "
                 "measured over the dark pattern without its white border"
             )
-        code, problem = _placed_code(views, anchor, float(side_m))
+        code, problem = _place_code(views, anchor, float(side_m))
         if problem:
             warnings.append(problem)
         if code is not None:
@@ -93,7 +93,7 @@ def usable_codes(
     return codes, warnings
 
 
-def _placed_code(
+def _place_code(
     views: Mapping[str, View], anchor: AnchorSightings, side_m: float
 ) -> tuple[Code | None, str]:
     """The code where most photos see it; a warning for the user, if any."""

@@ -14,6 +14,7 @@ MAX_BRUSH_PX = 500.0
 
 Point = tuple[float, float]
 SUBPIXEL_BITS = 4
+"""Binary digits of a pixel in OpenCV's fixed point."""
 
 
 @dataclass(frozen=True, slots=True)

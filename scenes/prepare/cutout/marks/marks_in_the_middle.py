@@ -31,11 +31,15 @@ RAISED_SHARE = 0.02
 FOOT = 2.0
 """Height in times `RAISED_SHARE` below which points of an object are its foot on the plane."""
 SOLID = 0.3
+"""Opacity from which on a splat counts."""
 MIN_SPLATS = 30
+"""Splats of a body at least."""
 TAIL = 0.005
+"""Quantile of splats left out at either end."""
 MARGIN = 0.06
 """Of a box's size: how far a person would draw it beside the object."""
 PHOTOS = 3
+"""Photos that are marked at most."""
 
 
 def marks_in_the_middle(package: ScenePackage) -> dict[str, Prompt]:

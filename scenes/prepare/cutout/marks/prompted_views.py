@@ -64,10 +64,10 @@ def masked_views(
     Raises:
         ValueError: a prompt lies outside its view.
     """
-    return tuple(_masked(cloud, view, masks, renderer) for view in views)
+    return tuple(_mask(cloud, view, masks, renderer) for view in views)
 
 
-def _masked(
+def _mask(
     cloud: SplatCloud, view: PromptedView, masks: Masks, renderer: NativeRenderer
 ) -> MaskedView:
     picture = drawn_picture(cloud, view, renderer) if view.picture is None else view.picture

@@ -42,13 +42,17 @@ MAX_PIXEL_M = 0.0045
 AROUND_M = 0.1
 """How far beyond what is known of the object its box may reach."""
 CELL_M = 0.0025
+"""Side of a cell of the grid, metres."""
 MAX_CELLS = 200
 """Along each side of the grid: the cells of a large object are larger."""
 COARSE = 4
 """Cells, across, that are one while the yaw is looked for."""
 LEVELS = 3
+"""Heights at which the masks vote."""
 YAWS_DEG = np.arange(-44.0, 45.0, 1.0)
+"""Yaws that are tried, degrees: a rectangle is the same after a quarter turn."""
 NEXT_YAWS_DEG = np.arange(-1.0, 1.01, 0.25)
+"""Yaws that are tried around the best of them, degrees."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,12 +86,12 @@ def box_in_masks(
     along = (np.arange(count) + 0.5 - count / 2) * cell
     grid = np.stack(np.meshgrid(along, along, indexing="ij"), axis=-1)
     voices = _voices(seen, middle + grid.reshape(-1, 2), span_m).reshape(count, count)
-    coarse = [_best(_turned(voices, yaw), COARSE)[0] for yaw in np.deg2rad(YAWS_DEG)]
+    coarse = [_best(_turn(voices, yaw), COARSE)[0] for yaw in np.deg2rad(YAWS_DEG)]
     near = np.deg2rad(YAWS_DEG[int(np.argmax(coarse))] + NEXT_YAWS_DEG)
-    fine = [_best(_turned(voices, yaw), 1) for yaw in near]
+    fine = [_best(_turn(voices, yaw), 1) for yaw in near]
     best = int(np.argmax([gain for gain, _ in fine]))
     yaw, ends = float(near[best]), fine[best][1]
-    places_in = _turned(voices, yaw) > 0
+    places_in = _turn(voices, yaw) > 0
     if places_in[slice(*ends[0]), slice(*ends[1])].sum() < MIN_PLACES_HELD * places_in.sum():
         return None
     low, high = (np.array(ends).T - count / 2) * cell
@@ -139,7 +143,7 @@ def _voices(
     return inside / np.maximum(framed, 1.0) - 0.5
 
 
-def _turned(voices: FloatArray, yaw: float) -> FloatArray:
+def _turn(voices: FloatArray, yaw: float) -> FloatArray:
     """The grid along the sides of a rectangle of that yaw."""
     count = len(voices)
     along = np.arange(count) + 0.5 - count / 2

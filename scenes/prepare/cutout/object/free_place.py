@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scenes.package import ScenePackage
 
 CELL_M = 0.05
+"""Side of a cell of the floor, metres."""
 FLOOR_REACH_M = 0.05
 """Splats this near to z = 0 are floor."""
 GAP_M = 0.3

@@ -43,7 +43,9 @@ BEFORE = 0.1
 RIM_POINTS = 72
 """All around."""
 MIN_RIM_POINTS = 12
+"""Points of a rim below which no circle is fitted."""
 FITS = 6
+"""Fits of a circle, each without the points that lie off the last."""
 
 
 def level_top(points: FloatArray, top_m: float) -> float | None:

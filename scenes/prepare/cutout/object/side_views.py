@@ -17,11 +17,13 @@ from scenes.prepare.cutout.votes.seen_from import SeenFrom
 FloatArray = NDArray[np.float64]
 
 MIN_VIEWS = 3
+"""Views that have to agree."""
 ACROSS = 0.7
 """Cosine between a direction and how a view looks, from which on it does not look across."""
 MAX_SHARE_ACROSS = 2 / 3
 """Of the views that look across: those that do most are used."""
 SLICE_M = 0.01
+"""Thickness of a slice across, metres."""
 MIN_SLICE_SHARE = 0.05
 """Of the points in the fullest slice across: a slice that holds fewer is of strays."""
 RIM_M = 0.05

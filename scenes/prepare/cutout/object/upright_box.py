@@ -32,10 +32,13 @@ SOLID = 0.3
 SUPPORT_REACH_M = 0.06
 """A support is looked for this far above and below the object's lowest splats."""
 LEVEL_M = 0.006
+"""Height of a bin in which the support is looked for, metres."""
 NEAR_LEVEL_M = 0.015
+"""Distance from that height within which splats are the support's, metres."""
 SUPPORT_RING_M = 0.2
 """And so far around it."""
 MIN_SUPPORT_SPLATS = 12
+"""Splats that show a support at least."""
 SURFACE_TAIL = 0.0005
 """The same as `TAIL` for points that several views agree about."""
 MIN_HEIGHT_M = 0.1

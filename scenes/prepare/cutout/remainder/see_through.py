@@ -28,7 +28,9 @@ from scenes.splats import SplatCloud
 BoolArray = NDArray[np.bool_]
 
 MAX_VIEWS = 16
+"""Views that are drawn, evenly out of those that frame the object."""
 MIN_VIEWS = 3
+"""Views below which nothing is decided."""
 CHANGED = 0.05
 """Of any channel (0..1): what a picture has to change by for the change to be seen."""
 MIN_CHANGING_SHARE = 0.25
@@ -64,8 +66,8 @@ def shows_background(
             shown = framed(cloud, view.camera, view.world_from_camera)
             rest = shown[~labels[shown]]
             change = np.abs(
-                _drawn(cloud.select(shown), view, renderer)
-                - _drawn(cloud.select(rest), view, renderer)
+                _draw(cloud.select(shown), view, renderer)
+                - _draw(cloud.select(rest), view, renderer)
             )
             yield view, change.max(axis=2) > CHANGED
 
@@ -76,6 +78,6 @@ def shows_background(
     return through
 
 
-def _drawn(cloud: SplatCloud, view: CloseView, renderer: NativeRenderer) -> NDArray[np.float32]:
+def _draw(cloud: SplatCloud, view: CloseView, renderer: NativeRenderer) -> NDArray[np.float32]:
     posed = [PosedSplats(cloud, Pose.identity())]
     return np.clip(renderer.render(posed, view.camera, view.world_from_camera).rgb, 0.0, 1.0)

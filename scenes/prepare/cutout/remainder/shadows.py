@@ -43,9 +43,11 @@ DARKEST = 0.4
 DARKER = 0.5
 """Share below which a splat without the shadow is dark by itself."""
 MIN_LIGHT = 1e-3
+"""Light below which a ratio to it says nothing."""
 THIN_M = 0.015
 """Standard deviation up to which splats lie flat: feet of objects that stand there do not."""
 CELL_M = 0.01
+"""Side of a cell of the support, metres."""
 
 
 def without_shadow(
@@ -79,7 +81,7 @@ def _gains(room: SplatCloud, footprint: FloatArray, support_z_m: float) -> Float
     colours, areas = np.clip(room.colours().astype(np.float64), 0.0, 1.0), level_area(room)
     here, there = colours[near], colours[beside]
     share, is_known = _share(here, there, areas[beside])
-    smooth = _smoothed(share, areas[near], room.means[near, :2])
+    smooth = _smooth(share, areas[near], room.means[near, :2])
     fade = np.clip((REACH_M - away_m[away_m < REACH_M]) / FADES_M, 0.0, 1.0)
     gain = np.clip(smooth / NOTICED, DARKEST, 1.0) ** -fade
     # What would not look like the support in the light is something else that lies there.
@@ -120,7 +122,7 @@ def _share(
     return np.where(is_known, share, 1.0), is_known
 
 
-def _smoothed(share: FloatArray, areas: FloatArray, places: NDArray[np.float32]) -> FloatArray:
+def _smooth(share: FloatArray, areas: FloatArray, places: NDArray[np.float32]) -> FloatArray:
     """(N,) the middle one of the shares around each place, weighed by area."""
     near = KDTree(places).query_ball_point(places, SMOOTH_M)
     return np.array([_middle(share[k], areas[k]) for k in near])

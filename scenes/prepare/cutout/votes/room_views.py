@@ -33,8 +33,11 @@ BoolArray = NDArray[np.bool_]
 FloatArray = NDArray[np.float64]
 
 MAX_VIEWS = 16
+"""Views that vote, evenly out of those that frame the object."""
 MIN_VIEWS = 3
+"""Views below which none vote."""
 ROUNDS = 2
+"""Rounds in which silhouettes of the last labels vote for the next."""
 MIN_PX = 60
 """A smaller silhouette says nothing."""
 SEEN_PX = 0.5
@@ -51,6 +54,7 @@ on its outline."""
 BESIDE_M = 0.03
 """How far from a surface a splat may hang to follow it."""
 MAJORITY = 0.5
+"""Share of a splat's light inside the silhouettes from which on it is the object's."""
 
 
 def held_against_views(

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 MIN_POINTS = 60
+"""Points of a view below which it says nothing of the object."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -32,6 +32,7 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 MAX_VIEWS = 24
+"""Views that are drawn, evenly out of those that frame the object."""
 MAJORITY = 0.5
 """Share of a pixel's light from which on it is the object's."""
 PURE = 0.9
@@ -55,6 +56,7 @@ MAX_SHARE_OUTSIDE = 0.1
 BEHIND_M = 0.05
 """So far behind what is drawn a point is hidden."""
 GAP_M = 0.03
+"""Distance beyond which points are of another body, metres."""
 SPECK = 0.02
 """A piece of surface that far away from all others, with less than this share of the largest
 one's points, is none of the object's."""
@@ -76,6 +78,7 @@ class SeenSurface:
 
 
 NOTHING = SeenSurface(np.zeros((0, 3)), np.zeros((0, 3)))
+"""Surface of an object that too few views frame."""
 
 
 def seen_surface(
@@ -102,14 +105,14 @@ def seen_surface(
     if not len(pixels_m):
         return NOTHING
     cell_m = max(CELL_M, CELL_PX * float(np.median(pixels_m)))
-    own = _agreed([sight.own for sight in sights], cell_m)
+    own = _agree([sight.own for sight in sights], cell_m)
     own = own[_in_outlines(own, sights)]
     if not len(own):
         return NOTHING
     count, body = bodies(own, GAP_M)
     points_of = np.bincount(body, minlength=count)
     own = own[points_of[body] >= SPECK * points_of.max()]
-    around = _agreed([sight.around for sight in sights], cell_m)
+    around = _agree([sight.around for sight in sights], cell_m)
     low, high = own.min(axis=0), own.max(axis=0)
     reach = (high - low).max()
     near = ((around > low - reach) & (around < high + reach)).all(axis=1)
@@ -218,7 +221,7 @@ def _in_outlines(points: NDArray[np.floating], sights: Sequence[_Sight]) -> Bool
     return outside <= MAX_SHARE_OUTSIDE * framing
 
 
-def _agreed(by_view: Sequence[FloatArray], cell_m: float) -> FloatArray:
+def _agree(by_view: Sequence[FloatArray], cell_m: float) -> FloatArray:
     """(K, 3) the points of all views in whose cell enough views have some."""
     points = np.concatenate(by_view)
     if not len(points):

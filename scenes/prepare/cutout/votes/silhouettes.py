@@ -21,6 +21,7 @@ MIN_OVERLAP = 0.75
 BOX_SLACK = 0.08
 """Of a box's size: how far the object may reach beyond the box that somebody drew."""
 DEPTH_SLACK_M = 0.03
+"""Depth behind the drawn surface up to which a point is seen, metres."""
 CORE = 0.5
 """Share of a splat's light inside a mask from which on the mask means it."""
 

@@ -24,9 +24,13 @@ MIN_POINTS = 20
 """A picture that sees fewer points has no place that can be relied on."""
 KNOWN_POSES = "known poses"
 LOSS_SCALE_PX = 0.5
+"""Scale of the robust loss in the last adjustment, px."""
 REFINEMENT_STEPS = 60
+"""Steps of the last adjustment at most."""
 WRONG_MATCH_PX = 2.0
+"""Reprojection error beyond which a match is wrong, px."""
 MIN_ANGLE_DEG = 1.5
+"""Angle between rays below which a point's distance is not known, degrees."""
 MAX_UNCERTAINTY_PX = 1.0
 """A picture that may be off by more blurs what all others show."""
 HELD_BY = 4
@@ -42,7 +46,7 @@ def map_pictures(worker: Worker) -> None:
     for mapper in _mappers(job):
         folder = job.work / "models" / mapper.replace(" ", "-")
         folder.mkdir(parents=True, exist_ok=True)
-        models = [model for model in _mapped(worker, mapper, folder).values() if _placed(model)]
+        models = [model for model in _map(worker, mapper, folder).values() if _placed(model)]
         models.sort(key=lambda model: -len(_placed(model)))
         found = tuple(tuple(_placed(model)) for model in models)
         attempts.append((Attempt(mapper, found), models[0] if models else None))
@@ -123,7 +127,7 @@ def _mappers(job: Job) -> list[str]:
     return [*both, "global"] if job.options.mapper == "auto" else both
 
 
-def _mapped(worker: Worker, mapper: str, folder: Path) -> dict[int, Any]:
+def _map(worker: Worker, mapper: str, folder: Path) -> dict[int, Any]:
     job = worker.job
     count = len(job.pictures)
     placed = 0
@@ -137,7 +141,7 @@ def _mapped(worker: Worker, mapper: str, folder: Path) -> dict[int, Any]:
 
     worker.report("mapping", 0.0, f"{mapper} mapping")
     if mapper == KNOWN_POSES:
-        return {0: _triangulated(worker, folder)}
+        return {0: _triangulate(worker, folder)}
     if mapper == "global":
         options = pycolmap.GlobalPipelineOptions()
         options.num_threads = job.options.threads
@@ -159,7 +163,7 @@ def _mapped(worker: Worker, mapper: str, folder: Path) -> dict[int, Any]:
     )
 
 
-def _triangulated(worker: Worker, folder: Path) -> Any:
+def _triangulate(worker: Worker, folder: Path) -> Any:
     """The model of the given poses, with the points that agree with them."""
     job = worker.job
     with open_database(worker.database) as database:

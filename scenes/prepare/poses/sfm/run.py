@@ -33,9 +33,13 @@ from scenes.prepare.saved_reconstruction import load_reconstruction
 
 SFM_FOLDER = "sfm"
 MIN_VIEWS = 3
+"""Pictures that have to find their place, whatever the share."""
 POLL_S = 0.1
+"""Seconds between two looks at the process."""
 FULL_DISK_BYTES = 20_000_000
+"""Free space below which a failure is the full disk's."""
 LOG_LINES = 3
+"""Lines of the log in the message of a crash."""
 
 
 class WorkerError(OSError):

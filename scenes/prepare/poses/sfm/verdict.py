@@ -16,8 +16,11 @@ from scenes.prepare.poses.sfm.job import JobResult
 LINK_INLIERS = 25
 """Two pictures with at least so many verified matches show the same surfaces."""
 FEW_FEATURES = 200
+"""Features of a picture below which its lack of them is why it failed."""
 MOSTLY_TURNING = 0.6
+"""Share of pairs without parallax from which on the camera only turned."""
 LISTED = 6
+"""Passages that are named one by one."""
 
 
 @dataclass(frozen=True, slots=True)

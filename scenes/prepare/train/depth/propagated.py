@@ -36,7 +36,7 @@ def propagated_depth(
         points: (N, 3) world, dense on surfaces.
     """
     size = camera.width_px * camera.height_px
-    pixel, z = _drawn(camera, world_from_camera, points)
+    pixel, z = _draw(camera, world_from_camera, points)
     first = np.full(size, np.inf, dtype=np.float32)
     np.minimum.at(first, pixel, z)
     # A gap in what is near would show what lies behind it.
@@ -50,7 +50,7 @@ def propagated_depth(
     return np.where(is_known, total / np.maximum(count, 1), 0).astype(np.float32).reshape(shape)
 
 
-def _drawn(
+def _draw(
     camera: Pinhole, world_from_camera: Pose, points: Points
 ) -> tuple[NDArray[np.intp], NDArray[np.float32]]:
     """Pixel and z of the points in the picture."""

@@ -89,10 +89,10 @@ def surfaces_of(depths: Sequence[SeenDepth]) -> list[Surface]:
         )
         for s in depths
     ]
-    sure = [_confirmed(surface, raw) for surface in raw]
+    sure = [_confirm(surface, raw) for surface in raw]
     places = np.concatenate([np.zeros((0, 3), np.float32), *(s.places() for s in sure)])
     places = places[:: max(len(places) // MAX_PROPAGATED_POINTS, 1)]
-    whole = [_with_propagated(surface, places) for surface in sure]
+    whole = [_add_propagated(surface, places) for surface in sure]
     return [
         replace(surface, depth=filled(surface.depth, surface.picture))
         for surface in whole
@@ -100,7 +100,7 @@ def surfaces_of(depths: Sequence[SeenDepth]) -> list[Surface]:
     ]
 
 
-def _with_propagated(surface: Surface, places: NDArray[np.float32]) -> Surface:
+def _add_propagated(surface: Surface, places: NDArray[np.float32]) -> Surface:
     """The surface with depth propagated from others where it has none of its own."""
     propagated = propagated_depth(surface.camera, surface.world_from_camera, places)
     is_propagated = ~surface.is_seen & (propagated > 0)
@@ -111,7 +111,7 @@ def _with_propagated(surface: Surface, places: NDArray[np.float32]) -> Surface:
     )
 
 
-def _confirmed(surface: Surface, others: Sequence[Surface]) -> Surface:
+def _confirm(surface: Surface, others: Sequence[Surface]) -> Surface:
     """The surface where views near by see it too, at their mean depth; depth 0 elsewhere."""
     eye = surface.world_from_camera.translation
     others = sorted(

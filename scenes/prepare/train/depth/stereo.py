@@ -41,10 +41,13 @@ less is stretched more than threefold."""
 MAX_STRETCH = 8
 """Pixels of the common picture over those of a view, at most: more is stretched beyond use."""
 MAX_SHIFT_PX = 256
+"""Disparities that are searched, px."""
 BLOCK_PX = 5
+"""Side of a matched block, px."""
 AGREEMENT = 0.015
 """Relative difference of depths that agree."""
 MIN_AGREEING = 2
+"""Partners that have to agree about a depth."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -102,7 +105,7 @@ def seen_depths(
     for number, own in enumerate(small):
         progress(number / len(small), "depth from pairs of photos")
         pairs = (
-            _rectified(own, other, _range_of(own))
+            _rectify(own, other, _range_of(own))
             for other in _partners(own, small, reconstruction.points)
         )
         # What cannot be rectified must not take the place of a partner that can.
@@ -154,11 +157,11 @@ class _Rectified:
     baseline: float
 
 
-def _rectified(own: _Small, other: _Small, depths: tuple[float, float]) -> _Rectified | None:
+def _rectify(own: _Small, other: _Small, depths: tuple[float, float]) -> _Rectified | None:
     """The pair on the same rows; None where the common picture would be all but endless."""
     line = other.pose.translation - own.pose.translation
     baseline = float(np.linalg.norm(line))
-    world_from_turned = _turned(own.pose, other.pose, line / baseline)
+    world_from_turned = _turn(own.pose, other.pose, line / baseline)
     focal = own.camera.fx
     near, far = depths
     least = focal * baseline / far
@@ -263,7 +266,7 @@ def _partners(own: _Small, views: Sequence[_Small], points: NDArray[np.float64])
     return [other for _, other in ranked]
 
 
-def _turned(own: Pose, other: Pose, along: NDArray[np.float64]) -> NDArray[np.float64]:
+def _turn(own: Pose, other: Pose, along: NDArray[np.float64]) -> NDArray[np.float64]:
     """(3, 3) world from a camera that looks where both do, with rows along the line between."""
     forward = own.rotation[:, 2] + other.rotation[:, 2]
     forward = forward - (forward @ along) * along

@@ -26,6 +26,7 @@ FAINT_OPACITY = 0.012
 """Splats below this show next to nothing."""
 
 HALF_STEP = 0.6
+"""Distance of the two halves of a split from its middle, in its longest deviation."""
 HALF_SCALE = 0.65
 """A half lies so many standard deviations off the whole, and is so much shorter: together they
 cover what the whole did."""

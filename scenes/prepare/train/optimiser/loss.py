@@ -15,7 +15,9 @@ from scenes.render.training import SSIM_SHARE, DepthBounds, Distance, Exposure
 FloatArray = NDArray[np.float64]
 
 SIGMA_PX = 1.5
+"""Deviation of SSIM's window, px (Wang et al. 2004)."""
 REACH_PX = 5
+"""Half width of SSIM's window, px: 11 pixels across."""
 C1, C2 = 0.01**2, 0.03**2
 """The window and the constants of Wang et al. 2004."""
 MAX_DEPTH_ERROR = 0.04
