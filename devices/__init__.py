@@ -1,1 +1,1 @@
-"""Where data enters and leaves: clocks, messages, streams, adapters, recording. No algorithms."""
+"""Ends of the studio: clocks, messages, streams, adapters, recording. No algorithms."""

@@ -1,4 +1,4 @@
-"""What every source of data looks like to the session: real, simulated or recorded."""
+"""Adapter, as the session sees every source of data: real, simulated or recorded."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ M_contra = TypeVar("M_contra", bound=Timed, contravariant=True)
 
 
 class Sink(Protocol[M_contra]):
-    """Where an adapter puts its messages, on its own thread: a `Slot` or a `BoundedQueue`."""
+    """Receiver of an adapter's messages, from its own thread: a `Slot` or a `BoundedQueue`."""
 
     def put(self, value: M_contra) -> None:
         """Take one message."""
@@ -92,7 +92,7 @@ class IteratorDevice(Generic[M]):
 
     @property
     def failure(self) -> Exception | None:
-        """What ended it early, for the session to raise on its own thread."""
+        """Error that ended it early, for the session to raise on its own thread."""
         return self._failure
 
     def start(self, sink: Sink[M], clock: Clock) -> None:

@@ -20,11 +20,11 @@ from numpy.typing import NDArray
 BIN_NS = 1_000_000_000
 """Of every such stretch of session time the fastest sample is kept, nanoseconds: 30 pictures."""
 
-MOST_BINS = 64
+MAX_BINS = 64
 """Stretches that are kept: what a device's clock did a minute ago is forgotten. Drift of stamps
 with 0.5 ms of spread is known to 4 ppm then (spread over the root of the sum of squared times)."""
 
-MOST_DRIFT_PPM = 500.0
+MAX_DRIFT_PPM = 500.0
 """Largest drift that is believed: crystals of cameras are within 100 ppm, of phones within 50."""
 
 JUMP_NS = 2_000_000_000
@@ -35,8 +35,8 @@ EARLY_NS = 100_000_000
 """An arrival that much before the line says that the clock was set, nanoseconds: no way has become
 that much faster than the fastest of a second."""
 
-FEWEST_BINS = 4
-"""Stretches from which a drift is taken; before, it is any within `MOST_DRIFT_PPM`."""
+MIN_BINS = 4
+"""Stretches from which a drift is taken; before, it is any within `MAX_DRIFT_PPM`."""
 
 OUTLIER = 6.0
 """Residuals over their median size that are counted in full: 4 standard deviations if they were
@@ -56,7 +56,7 @@ _UNIFORM = math.sqrt(3.0)
 
 @dataclass(frozen=True, slots=True)
 class ClockEstimate:
-    """What is known of a device's clock.
+    """Estimate of a device's clock.
 
     Attributes:
         device_ns: the device's time at which the offset holds.
@@ -100,10 +100,10 @@ class _Bin:
 
 @dataclass(frozen=True, slots=True)
 class ClockMapping:
-    """What was seen of one device's clock; begin with `ClockMapping()`.
+    """Observations of one device's clock; begin with `ClockMapping()`.
 
     Attributes:
-        trips: the fastest round trips, at most `MOST_BINS`.
+        trips: the fastest round trips, at most `MAX_BINS`.
         arrivals: the fastest arrivals, likewise; `high_ns` is arrival minus stamp.
         restarts: how often the device's clock was found set anew.
     """
@@ -141,7 +141,7 @@ def add_round_trip(
         trips = (*trips[:-1], replace(best, count=last.count + 1))
     else:
         trips = (*trips, new)
-    return replace(mapping, trips=_consistent(trips[-MOST_BINS:]))
+    return replace(mapping, trips=_consistent(trips[-MAX_BINS:]))
 
 
 def add_arrival(mapping: ClockMapping, device_ns: int, received_ns: int) -> ClockMapping:
@@ -160,21 +160,21 @@ def add_arrival(mapping: ClockMapping, device_ns: int, received_ns: int) -> Cloc
         arrivals = (*arrivals[:-1], replace(best, count=last.count + 1))
     else:
         arrivals = (*arrivals, new)
-    return replace(mapping, arrivals=arrivals[-MOST_BINS:])
+    return replace(mapping, arrivals=arrivals[-MAX_BINS:])
 
 
 def estimate(mapping: ClockMapping) -> ClockEstimate | None:
     """Offset and drift, from round trips where there are any; None before the first sample."""
     if mapping.trips:
-        return _from_trips(mapping.trips)
+        return _estimate_from_trips(mapping.trips)
     if mapping.arrivals:
-        return _from_arrivals(mapping.arrivals)
+        return _estimate_from_arrivals(mapping.arrivals)
     return None
 
 
 def _is_apart(last: _Bin, new: _Bin) -> bool:
     """Whether the two cannot be of one clock, even if it drifts."""
-    room_ns = abs(new.device_ns - last.device_ns) * MOST_DRIFT_PPM * 1e-6
+    room_ns = abs(new.device_ns - last.device_ns) * MAX_DRIFT_PPM * 1e-6
     gap_ns = max(new.low_ns - last.high_ns, last.low_ns - new.high_ns)
     return gap_ns > room_ns
 
@@ -194,7 +194,7 @@ def _columns(bins: tuple[_Bin, ...]) -> tuple[Floats, Floats, Floats]:
 
 def _drift_range(t_s: Floats, low_ns: Floats, high_ns: Floats) -> tuple[float, float]:
     """Drifts in ns/s (1000 ns/s are 1 ppm) of lines between all bounds; empty if low > high."""
-    most = MOST_DRIFT_PPM * 1e3
+    most = MAX_DRIFT_PPM * 1e3
     apart_s = t_s[:, None] - t_s[None, :]
     room_ns = high_ns[:, None] - low_ns[None, :]
     later, earlier = apart_s > 0, apart_s < 0
@@ -213,7 +213,7 @@ def _consistent(trips: tuple[_Bin, ...]) -> tuple[_Bin, ...]:
     return trips
 
 
-def _from_trips(trips: tuple[_Bin, ...]) -> ClockEstimate:
+def _estimate_from_trips(trips: tuple[_Bin, ...]) -> ClockEstimate:
     """The middle of all lines between the bounds, at the last trip."""
     t_s, low_ns, high_ns = _columns(trips)
     lower, upper = _drift_range(t_s, low_ns, high_ns)
@@ -233,17 +233,17 @@ def _from_trips(trips: tuple[_Bin, ...]) -> ClockEstimate:
     )
 
 
-def _from_arrivals(arrivals: tuple[_Bin, ...]) -> ClockEstimate:
+def _estimate_from_arrivals(arrivals: tuple[_Bin, ...]) -> ClockEstimate:
     """A robust line through the fastest arrivals, moved down to the fastest of all."""
     last = arrivals[-1]
     usual = float(np.median([arrival.count for arrival in arrivals]))
     # The fastest of few is slower than the fastest of many: the bin that has just begun is left.
     full = tuple(arrival for arrival in arrivals if arrival.count >= usual / 2)
-    if len(full) < FEWEST_BINS:
+    if len(full) < MIN_BINS:
         fastest = min(arrivals, key=lambda arrival: arrival.high_ns)
         spread_ns = max(arrival.high_ns for arrival in arrivals) - fastest.high_ns
         elapsed_ns = last.device_ns - fastest.device_ns
-        sigma_ppm = MOST_DRIFT_PPM / _UNIFORM
+        sigma_ppm = MAX_DRIFT_PPM / _UNIFORM
         sigma_ns = math.hypot(max(spread_ns, 1), elapsed_ns * sigma_ppm * 1e-6)
         return ClockEstimate(
             last.device_ns, fastest.high_ns, 0.0, sigma_ns, sigma_ppm, is_one_way=True
@@ -278,6 +278,6 @@ def _robust_line(t_s: Floats, offset_ns: Floats) -> tuple[float, float]:
     apart_s = t_s[second] - t_s[first]
     moved = apart_s > 0
     slopes = (offset_ns[second] - offset_ns[first])[moved] / apart_s[moved]
-    most = MOST_DRIFT_PPM * 1e3
+    most = MAX_DRIFT_PPM * 1e3
     slope = float(np.clip(np.median(slopes), -most, most)) if len(slopes) else 0.0
     return slope, float(np.median(offset_ns - slope * t_s))

@@ -119,7 +119,7 @@ def duration_ns(path: Path) -> int:
     """How long footage is, 0 where that is not known without decoding it."""
     if path.is_dir() or not path.exists() or path.suffix.lower() not in VIDEO_SUFFIXES:
         return 0
-    with _opened(path) as container:
+    with _open(path) as container:
         return round(1e9 * (container.duration or 0) / av.time_base)
 
 
@@ -192,14 +192,14 @@ def _pictures_of_video(path: Path, lenses: int) -> Iterator[tuple[int, Pictures]
     """One picture with all lenses, or one a track, or one a file of a pair."""
     tracks = _tracks(path, lenses)
     with ExitStack() as stack:
-        decoded = [_decoded(stack.enter_context(_opened(file)), file, k) for file, k in tracks]
+        decoded = [_decode(stack.enter_context(_open(file)), file, k) for file, k in tracks]
         for frames in zip(*decoded, strict=False):
             yield round(1e9 * float(frames[0].time or 0.0)), tuple(_rgb(frame) for frame in frames)
 
 
 def _tracks(path: Path, lenses: int) -> list[tuple[Path, int]]:
-    """Which picture tracks of which files hold the lenses."""
-    with _opened(path) as container:
+    """Return the files and picture tracks that hold the lenses."""
+    with _open(path) as container:
         count = len(container.streams.video)
     if count >= lenses > 1:
         return [(path, k) for k in range(lenses)]
@@ -213,7 +213,7 @@ def _tracks(path: Path, lenses: int) -> list[tuple[Path, int]]:
     return [(path, 0)]
 
 
-def _opened(path: Path) -> Any:
+def _open(path: Path) -> Any:
     try:
         container = av.open(str(path))
     except (FFmpegError, OSError) as error:
@@ -225,7 +225,7 @@ def _opened(path: Path) -> Any:
     return container
 
 
-def _decoded(container: Any, path: Path, track: int) -> Iterable[VideoFrame]:
+def _decode(container: Any, path: Path, track: int) -> Iterable[VideoFrame]:
     """Every readable picture; a damaged end is a shorter video."""
     read = False
     try:

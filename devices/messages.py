@@ -1,4 +1,4 @@
-"""What travels between adapters and stages. All are immutable; times are session nanoseconds."""
+"""Messages between adapters and stages. All are immutable; times are session nanoseconds."""
 
 from __future__ import annotations
 

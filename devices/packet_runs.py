@@ -27,7 +27,7 @@ from devices.video import split_lenses
 FRAME_THREADED = frozenset({"h264", "hevc"})
 """Codecs whose packets need those before them; in the others every picture is decoded alone."""
 
-THREADS_PER_CORE, MOST_THREADS = 2, 8
+THREADS_PER_CORE, MAX_THREADS = 2, 8
 """Pictures that are decoded at once. A picture waits for the rows of the one before that it moved
 from, so cores are idle with one thread each: forty pictures of 2880 × 1440 take two cores 1003 ms
 with two threads, 593 with four, 593 with six; 1115 with one. Each holds a picture of 6 MB and comes
@@ -68,7 +68,7 @@ class PacketRun:
         if codec not in FRAME_THREADED or tracks > 1:
             raise RunError(f"{tracks} tracks of {codec}: wanted one of H.264 or HEVC")
         self._session = session
-        self.threads = threads or min(MOST_THREADS, THREADS_PER_CORE * (os.cpu_count() or 1))
+        self.threads = threads or min(MAX_THREADS, THREADS_PER_CORE * (os.cpu_count() or 1))
         context = cast("Any", av.CodecContext.create(codec, "r"))
         context.thread_count = self.threads
         context.thread_type = ThreadType.FRAME
@@ -92,7 +92,7 @@ class PacketRun:
         return self._out(data)
 
     def flush(self) -> list[RunPicture]:
-        """What is left after the last packet; nothing can be fed after it.
+        """Return the pictures left after the last packet; nothing can be fed after it.
 
         Raises:
             RunError: as `feed`.

@@ -24,17 +24,19 @@ from devices.recording_codec import (
     RecordedValue,
     decode_message,
     encode_message,
-    json_schema,
     stream_of,
 )
 from devices.recording_index import DAMAGE, RecordingError, damaged, open_reader
+from devices.recording_schemas import json_schema
 from devices.session_info import SessionInfo, session_from_json, session_to_json
 from devices.streams import ByteQuota
 
 SESSION_METADATA = "gaussiannexus.session"
 CLOSING_METADATA = "gaussiannexus.closing"
 DEFAULT_QUOTA_BYTES = 8 * 1024**3
+"""Messages of a recording at most, unless another quota is given."""
 VIDEO_RESERVE_SHARE = 0.1
+"""Share of the quota kept free of video, so that poses fit to the end."""
 
 
 class Recorder:
@@ -205,10 +207,10 @@ def read_recording(path: Path) -> Iterator[RecordedValue]:
         same_time: list[Encoded] = []
         for encoded in _messages(reader, path):
             if same_time and encoded.t_ns != same_time[0].t_ns:
-                yield from _decoded(same_time, path)
+                yield from _decode(same_time, path)
                 same_time = []
             same_time.append(encoded)
-        yield from _decoded(same_time, path)
+        yield from _decode(same_time, path)
 
 
 class RecordingReader:
@@ -271,12 +273,12 @@ class RecordingReader:
         yield from sorted(same_time, key=_place)
 
     def decoded(self, encoded: Encoded) -> RecordedValue:
-        """What a message says.
+        """Decode a message.
 
         Raises:
             RecordingError: it is damaged.
         """
-        return next(_decoded([encoded], self.path))
+        return next(_decode([encoded], self.path))
 
     def __enter__(self) -> RecordingReader:
         return self
@@ -290,7 +292,7 @@ class RecordingReader:
 
 
 def _place(encoded: Encoded) -> tuple[int, str, int]:
-    """Where a message stands among those of a recording: a frame's stamp before all its packets."""
+    """Place of a message among those of a recording: a frame's stamp before all its packets."""
     topic = encoded.topic
     if topic.endswith("/video"):
         camera, _, track = stream_of(topic).partition("/")
@@ -332,7 +334,7 @@ def _messages(
         raise damaged(path, error) from None
 
 
-def _decoded(messages: list[Encoded], path: Path) -> Iterator[RecordedValue]:
+def _decode(messages: list[Encoded], path: Path) -> Iterator[RecordedValue]:
     for encoded in sorted(messages, key=_place):
         try:
             value = decode_message(encoded)

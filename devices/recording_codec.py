@@ -1,4 +1,4 @@
-"""What a recording holds and how each message is written: one JSON value a message, UTF-8.
+"""Values of a recording, and how each message is written: one JSON value a message, UTF-8.
 
 Poses are 4×4 row-major matrices `a_from_b` so that a replay gets the very same numbers back.
 Video is `foxglove.CompressedVideo`, which common viewers of MCAP files play; the other schemas are
@@ -56,7 +56,7 @@ class RecordedTrack:
 
 @dataclass(frozen=True, slots=True)
 class RecordedTruth:
-    """What the simulator knows of one frame.
+    """Truth of one frame, as the simulator knows it.
 
     Attributes:
         seq: frame counter.
@@ -114,7 +114,7 @@ RecordedValue = (
     | RecordedAnnotation
     | Event
 )
-"""What a recording holds."""
+"""Values that a recording holds."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,192 +129,46 @@ class Encoded:
 
 
 VIEWERS_CODECS: Mapping[str, str] = MappingProxyType({"hevc": "h265"})
-"""What `foxglove.CompressedVideo` calls codecs that FFmpeg calls otherwise."""
-
-
-SCHEMAS: Mapping[str, Mapping[str, str]] = {
-    "foxglove.CompressedVideo": {
-        "timestamp": "object",
-        "frame_id": "string",
-        "data": "string",
-        "format": "string",
-        "keyframe": "boolean",
-        "begins": "boolean",
-    },
-    "gaussiannexus.FrameStamp": {
-        "received_ns": "integer",
-        "world_from_rig": "array",
-        "steps_ms": "array",
-        "search_ended": "boolean",
-    },
-    "gaussiannexus.TrackedObject": {
-        "object_id": "string",
-        "world_from_object": "array",
-        "covariance": "array",
-        "visible_fraction": "number",
-        "state": "string",
-        "confidence": "number",
-        "source_seq": "integer",
-    },
-    "gaussiannexus.Truth": {
-        "objects": "object",
-        "visible_fraction": "object",
-        "moved": "array",
-        "world_from_rig": "array",
-        "faults": "object",
-        "captured_ns": "integer",
-    },
-    "gaussiannexus.Avatar": {
-        "user_id": "string",
-        "role": "string",
-        "world_from_head": "array",
-        "hands": "array",
-        "ray": "array",
-    },
-    "gaussiannexus.LiveSurface": {
-        "surface_id": "string",
-        "corners_in_world": "array",
-        "size_px": "array",
-        "stream_id": "string",
-    },
-    "gaussiannexus.Annotation": {
-        "annotation_id": "string",
-        "user_id": "string",
-        "points_in_world": "array",
-        "colour": "array",
-    },
-    "gaussiannexus.Event": {"source": "string", "kind": "string", "text": "string"},
-}
-"""Fields of every schema and their JSON types."""
-
-
-def json_schema(name: str) -> bytes:
-    """The JSON Schema document of one of `SCHEMAS`; arrays and objects may be null."""
-    properties: dict[str, Any] = {
-        field: {"type": kind} if kind not in ("array", "object") else {"type": [kind, "null"]}
-        for field, kind in SCHEMAS[name].items()
-    }
-    if name == "foxglove.CompressedVideo":
-        properties["data"]["contentEncoding"] = "base64"
-        properties["timestamp"] = {
-            "type": "object",
-            "properties": {"sec": {"type": "integer"}, "nsec": {"type": "integer"}},
-        }
-    return json.dumps({"title": name, "type": "object", "properties": properties}).encode()
-
-
-_HeadAndFields = tuple[tuple[str, str, int, int], dict[str, Any]]
-"""Topic, schema, time and sequence number of a message, and its fields."""
+"""Codec names of `foxglove.CompressedVideo` that differ from FFmpeg's."""
 
 
 def encode_message(value: RecordedValue) -> Encoded:
-    """Return the file's form of a message.
+    """The file's form of a message.
 
     Raises:
         ValueError: a number is not finite.
     """
-    head, fields = _head_and_fields(value)
+    match value:
+        case EncodedFrame():
+            head = (f"/{value.stream_id}/video", "foxglove.CompressedVideo", value.t_ns, value.seq)
+            fields = _video_fields(value)
+        case FrameStamp():
+            head = (f"/{value.stream_id}/frame", "gaussiannexus.FrameStamp", value.t_ns, value.seq)
+            fields = _stamp_fields(value)
+        case RecordedTrack(method, track):
+            topic = f"/tracks/{method}"
+            head = (topic, "gaussiannexus.TrackedObject", track.t_ns, track.source_seq)
+            fields = track_to_json(track)
+        case RecordedTruth():
+            head = ("/truth", "gaussiannexus.Truth", value.t_ns, value.seq)
+            fields = _truth_fields(value)
+        case RecordedAvatar(t_ns, avatar):
+            head = ("/avatars", "gaussiannexus.Avatar", t_ns, 0)
+            fields = _avatar_fields(avatar)
+        case RecordedSurface(t_ns, surface):
+            head = ("/surfaces", "gaussiannexus.LiveSurface", t_ns, 0)
+            fields = _surface_fields(surface)
+        case RecordedAnnotation(t_ns, line):
+            head = ("/annotations", "gaussiannexus.Annotation", t_ns, 0)
+            fields = _annotation_fields(line)
+        case Event():
+            head = ("/events", "gaussiannexus.Event", value.t_ns, 0)
+            fields = {"source": value.source, "kind": value.kind, "text": value.text}
     try:
         data = json.dumps(fields, allow_nan=False).encode()
     except ValueError:
         raise ValueError(f"recording: {head[0]} at {head[2]} ns: a number is not finite") from None
     return Encoded(*head, data)
-
-
-def _head_and_fields(value: RecordedValue) -> _HeadAndFields:
-    match value:
-        case EncodedFrame():
-            return _encoded_video(value)
-        case FrameStamp():
-            return _encoded_stamp(value)
-        case RecordedTrack():
-            track, topic = value.track, f"/tracks/{value.method}"
-            head = topic, "gaussiannexus.TrackedObject", track.t_ns, track.source_seq
-            return head, track_to_json(track)
-        case RecordedTruth():
-            return _encoded_truth(value)
-        case RecordedAvatar():
-            return _encoded_avatar(value)
-        case RecordedSurface():
-            return _encoded_surface(value)
-        case RecordedAnnotation():
-            return _encoded_annotation(value)
-        case _:
-            head = "/events", "gaussiannexus.Event", value.t_ns, 0
-            return head, {"source": value.source, "kind": value.kind, "text": value.text}
-
-
-def _encoded_video(value: EncodedFrame) -> _HeadAndFields:
-    fields: dict[str, Any] = {
-        "timestamp": {"sec": value.t_ns // 10**9, "nsec": value.t_ns % 10**9},
-        "frame_id": value.stream_id,
-        "data": base64.b64encode(value.data).decode("ascii"),
-        "format": VIEWERS_CODECS.get(value.codec, value.codec),
-        "keyframe": value.keyframe,
-    }
-    if value.begins:
-        fields["begins"] = True
-    topic = f"/{value.stream_id}/video"
-    return (topic, "foxglove.CompressedVideo", value.t_ns, value.seq), fields
-
-
-def _encoded_stamp(value: FrameStamp) -> _HeadAndFields:
-    fields: dict[str, Any] = {
-        "received_ns": value.received_ns,
-        "world_from_rig": _optional_pose_to_json(value.world_from_rig),
-    }
-    if value.steps_ms:
-        fields["steps_ms"] = list(value.steps_ms)
-    if value.search_ended is not None:
-        fields["search_ended"] = value.search_ended
-    topic = f"/{value.stream_id}/frame"
-    return (topic, "gaussiannexus.FrameStamp", value.t_ns, value.seq), fields
-
-
-def _encoded_truth(value: RecordedTruth) -> _HeadAndFields:
-    fields: dict[str, Any] = {
-        "objects": {k: _pose_to_json(p) for k, p in value.world_from_object.items()},
-        "visible_fraction": dict(value.visible_fraction),
-        "moved": sorted(value.moved),
-        "world_from_rig": _pose_to_json(value.world_from_rig),
-    }
-    # Left out where there is nothing to say: most frames of most recordings.
-    if value.faults:
-        fields["faults"] = dict(value.faults)
-    if value.captured_ns is not None:
-        fields["captured_ns"] = value.captured_ns
-    return ("/truth", "gaussiannexus.Truth", value.t_ns, value.seq), fields
-
-
-def _encoded_avatar(value: RecordedAvatar) -> _HeadAndFields:
-    avatar = value.avatar
-    return ("/avatars", "gaussiannexus.Avatar", value.t_ns, 0), {
-        "user_id": avatar.user_id,
-        "role": avatar.role,
-        "world_from_head": _pose_to_json(avatar.world_from_head),
-        "hands": [hand.tolist() for hand in avatar.hands],
-        "ray": None if avatar.ray is None else avatar.ray.tolist(),
-    }
-
-
-def _encoded_surface(value: RecordedSurface) -> _HeadAndFields:
-    surface = value.surface
-    return ("/surfaces", "gaussiannexus.LiveSurface", value.t_ns, 0), {
-        "surface_id": surface.surface_id,
-        "corners_in_world": np.asarray(surface.corners_in_world, dtype=np.float64).tolist(),
-        "size_px": list(surface.size_px),
-        "stream_id": surface.stream_id,
-    }
-
-
-def _encoded_annotation(value: RecordedAnnotation) -> _HeadAndFields:
-    line = value.annotation
-    return ("/annotations", "gaussiannexus.Annotation", value.t_ns, 0), {
-        "annotation_id": line.annotation_id,
-        "user_id": line.user_id,
-        "points_in_world": np.asarray(line.points_in_world, dtype=np.float64).tolist(),
-        "colour": list(line.colour),
-    }
 
 
 def decode_message(encoded: Encoded) -> RecordedValue:
@@ -337,6 +191,74 @@ def decode_message(encoded: Encoded) -> RecordedValue:
     if decoder is None:
         raise ValueError(f"{encoded.topic}: unknown schema {encoded.schema!r}")
     return decoder(encoded, json.loads(encoded.data))
+
+
+def _video_fields(frame: EncodedFrame) -> dict[str, Any]:
+    fields: dict[str, Any] = {
+        "timestamp": {"sec": frame.t_ns // 10**9, "nsec": frame.t_ns % 10**9},
+        "frame_id": frame.stream_id,
+        "data": base64.b64encode(frame.data).decode("ascii"),
+        "format": VIEWERS_CODECS.get(frame.codec, frame.codec),
+        "keyframe": frame.keyframe,
+    }
+    if frame.begins:
+        fields["begins"] = True
+    return fields
+
+
+def _stamp_fields(stamp: FrameStamp) -> dict[str, Any]:
+    fields: dict[str, Any] = {
+        "received_ns": stamp.received_ns,
+        "world_from_rig": _optional_pose_to_json(stamp.world_from_rig),
+    }
+    if stamp.steps_ms:
+        fields["steps_ms"] = list(stamp.steps_ms)
+    if stamp.search_ended is not None:
+        fields["search_ended"] = stamp.search_ended
+    return fields
+
+
+def _truth_fields(truth: RecordedTruth) -> dict[str, Any]:
+    fields: dict[str, Any] = {
+        "objects": {k: _pose_to_json(p) for k, p in truth.world_from_object.items()},
+        "visible_fraction": dict(truth.visible_fraction),
+        "moved": sorted(truth.moved),
+        "world_from_rig": _pose_to_json(truth.world_from_rig),
+    }
+    # Left out where there is nothing to say: most frames of most recordings.
+    if truth.faults:
+        fields["faults"] = dict(truth.faults)
+    if truth.captured_ns is not None:
+        fields["captured_ns"] = truth.captured_ns
+    return fields
+
+
+def _avatar_fields(avatar: Avatar) -> dict[str, Any]:
+    return {
+        "user_id": avatar.user_id,
+        "role": avatar.role,
+        "world_from_head": _pose_to_json(avatar.world_from_head),
+        "hands": [hand.tolist() for hand in avatar.hands],
+        "ray": None if avatar.ray is None else avatar.ray.tolist(),
+    }
+
+
+def _surface_fields(surface: LiveSurface) -> dict[str, Any]:
+    return {
+        "surface_id": surface.surface_id,
+        "corners_in_world": np.asarray(surface.corners_in_world, dtype=np.float64).tolist(),
+        "size_px": list(surface.size_px),
+        "stream_id": surface.stream_id,
+    }
+
+
+def _annotation_fields(line: Annotation) -> dict[str, Any]:
+    return {
+        "annotation_id": line.annotation_id,
+        "user_id": line.user_id,
+        "points_in_world": np.asarray(line.points_in_world, dtype=np.float64).tolist(),
+        "colour": list(line.colour),
+    }
 
 
 def track_to_json(track: TrackedObject) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Where the messages of an MCAP file are, whether or not the file says so itself.
+"""Positions of the messages of an MCAP file, whether or not the file says so itself.
 
 Source: the MCAP specification. Its summary with all indexes is optional, and so is every checksum
 (0 means there is none). A file that was cut off has no end: what is in its whole records is read.
@@ -40,7 +40,7 @@ DAMAGE = (
     EOFError,
     AssertionError,
 )
-"""What the MCAP reader raises on damaged input."""
+"""Errors that the MCAP reader raises on damaged input."""
 
 
 class RecordingError(ValueError):
@@ -59,7 +59,7 @@ def open_reader(path: Path, file: IO[bytes]) -> SeekingReader:
         found = "an empty file" if not size else f"a file that begins with {head!r}"
         raise RecordingError(f"{path}: not a recording (MCAP): it is {found}")
     if not is_whole(path) or _summary_start(path, file, size) == 0:
-        return _scanned(path, file, size)
+        return _scan(path, file, size)
     file.seek(0)
     reader = SeekingReader(file, validate_crcs=True, record_size_limit=size)
     try:
@@ -68,7 +68,7 @@ def open_reader(path: Path, file: IO[bytes]) -> SeekingReader:
         raise damaged(path, error) from None
     parts = summary and (summary.chunk_indexes, summary.metadata_indexes, summary.channels)
     if summary is None or parts is None or not all(parts) or summary.statistics is None:
-        return _scanned(path, file, size)
+        return _scan(path, file, size)
     return reader
 
 
@@ -87,7 +87,7 @@ def is_whole(path: Path) -> bool:
 
 
 def damaged(path: Path, error: BaseException) -> RecordingError:
-    """What to raise for an error of the MCAP reader."""
+    """Return the error to raise for one of the MCAP reader."""
     if isinstance(error, RecordingError):
         return error
     reason = str(error) or type(error).__name__
@@ -108,7 +108,7 @@ def _summary_start(path: Path, file: IO[bytes], size: int) -> int:
     return int(start)
 
 
-def _scanned(path: Path, file: IO[bytes], size: int) -> SeekingReader:
+def _scan(path: Path, file: IO[bytes], size: int) -> SeekingReader:
     """A reader whose index was made by going through the file once."""
     reader = _ScannedReader(file, size)
     try:
@@ -218,7 +218,7 @@ class _ScannedReader(SeekingReader):
                 self._loose.append(record)
 
     def get_summary(self) -> Summary:
-        """What `scan` found."""
+        """Return the summary that `scan` found."""
         return self._found
 
     def iter_metadata(self) -> Iterator[Metadata]:

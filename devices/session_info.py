@@ -32,7 +32,7 @@ class ScenarioChange:
 
 @dataclass(frozen=True, slots=True)
 class ForkOrigin:
-    """Which recording a session goes on from.
+    """Recording that a session goes on from.
 
     Attributes:
         recording: file name of the recording, without its folder.

@@ -159,7 +159,7 @@ class H264Decoder:
         Raises:
             ValueError: the bytes are not H.264; names the stream and the frame.
         """
-        picture = self._decoded(packet)
+        picture = self._decode(packet)
         if picture is None:
             return None
         rgb = picture.reformat(
@@ -173,9 +173,9 @@ class H264Decoder:
         Raises:
             ValueError: as `decode`.
         """
-        self._decoded(packet)
+        self._decode(packet)
 
-    def _decoded(self, packet: EncodedFrame) -> VideoFrame | None:
+    def _decode(self, packet: EncodedFrame) -> VideoFrame | None:
         if not self._started and not packet.keyframe:
             return None
         try:

@@ -1,4 +1,4 @@
-"""Which files are videos of a 360° camera, by their names."""
+"""Names of files that are videos of a 360° camera."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""What a room is: geometry, cameras, splats, formats, rendering, preparation, the scene package."""
+"""Rooms: geometry, cameras, splats, formats, rendering, preparation, the scene package."""

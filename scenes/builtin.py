@@ -8,7 +8,7 @@ from scenes.package import ScenePackage, load_package
 
 
 def scan_folder(name: str) -> Path:
-    """Where the scan of a built-in room is kept."""
+    """Folder that the scan of a built-in room is kept in."""
     return Path(__file__).parent / "samples" / "scans" / f"{name}.gnx"
 
 

@@ -21,7 +21,7 @@ BoolArray = NDArray[np.bool_]
 
 
 class Camera(Protocol):
-    """What every camera model can do. Sizes in pixels."""
+    """Camera model: projection and rays. Sizes in pixels."""
 
     @property
     def width_px(self) -> int:
@@ -99,6 +99,7 @@ class Pinhole:
 
 
 NO_DISTORTION = (0.0, 0.0, 0.0, 0.0)
+"""Coefficients of an equidistant fisheye."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-MOST_TRIANGLES = 100_000
+MAX_TRIANGLES = 100_000
 """Of one added mesh, chosen for views without a graphics card: 197 000 took 0.25 s a picture and
 1.4 MB of a project's file, measured on two cores beside other work."""
 
@@ -27,7 +27,7 @@ class Geometry:
 
     Raises:
         ValueError: a shape is wrong, a number not finite, an index out of range, or there are more
-            than `MOST_TRIANGLES` triangles.
+            than `MAX_TRIANGLES` triangles.
     """
 
     vertices: NDArray[np.float32]
@@ -43,15 +43,15 @@ class Geometry:
             raise ValueError(f"mesh vertices: shape {vertices.shape}, wanted finite (V, 3)")
         if faces.ndim != 2 or faces.shape[1] != 3 or not len(faces):
             raise ValueError(f"mesh faces: shape {faces.shape}, wanted (F, 3) with F above 0")
-        if len(faces) > MOST_TRIANGLES:
-            raise ValueError(f"mesh of {len(faces)} triangles, limit {MOST_TRIANGLES}")
+        if len(faces) > MAX_TRIANGLES:
+            raise ValueError(f"mesh of {len(faces)} triangles, limit {MAX_TRIANGLES}")
         if faces.min() < 0 or faces.max() >= len(vertices):
             raise ValueError(
                 f"mesh faces: index {faces.min()}..{faces.max()}, limits 0..{len(vertices) - 1}"
             )
         if colours.shape != vertices.shape:
             raise ValueError(f"mesh colours: shape {colours.shape}, wanted {vertices.shape}")
-        packed = self.packed or _packed(vertices, faces, colours)
+        packed = self.packed or _pack(vertices, faces, colours)
         for array in (vertices, faces, colours):
             array.setflags(write=False)
         for name, value in zip(
@@ -74,10 +74,10 @@ def unpacked(text: str, *, vertex_count: int, face_count: int) -> Geometry:
     Raises:
         ValueError: it is damaged, or larger than a mesh can be.
     """
-    if not 0 < face_count <= MOST_TRIANGLES or not 0 < vertex_count <= 3 * MOST_TRIANGLES:
+    if not 0 < face_count <= MAX_TRIANGLES or not 0 < vertex_count <= 3 * MAX_TRIANGLES:
         raise ValueError(
             f"mesh of {vertex_count} vertices and {face_count} triangles, limits "
-            f"{3 * MOST_TRIANGLES} and {MOST_TRIANGLES}"
+            f"{3 * MAX_TRIANGLES} and {MAX_TRIANGLES}"
         )
     size = vertex_count * 15 + face_count * 12
     try:
@@ -94,7 +94,7 @@ def unpacked(text: str, *, vertex_count: int, face_count: int) -> Geometry:
     return Geometry(vertices, faces, colours, text)
 
 
-def _packed(
+def _pack(
     vertices: NDArray[np.float32], faces: NDArray[np.int32], colours: NDArray[np.uint8]
 ) -> str:
     raw = vertices.astype("<f4").tobytes() + faces.astype("<i4").tobytes() + colours.tobytes()

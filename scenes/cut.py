@@ -12,7 +12,7 @@ from scenes.splats import SplatCloud, concatenate
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cut:
-    """What was taken out of a room, and how to put it back.
+    """Object taken out of a room, and the splats to put it back.
 
     Attributes:
         object_id: of the object made of it; empty if only floaters were removed.

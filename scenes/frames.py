@@ -28,7 +28,7 @@ WORLD_FROM_FORWARD_CAMERA = _axes((1, 0, 0), (0, 0, 1), (0, -1, 0))
 """Orientation of a level camera that looks along world +Y with its x axis along world +X."""
 
 CAMERA_FROM_AHEAD = _axes((0, -1, 0), (0, 0, -1), (1, 0, 0))
-"""What looks somewhere with x ahead, y to its left, z up, as a camera of the same view has it."""
+"""Axes of a camera from those of an observer with x ahead, y to its left, z up."""
 
 WORLD_FROM_BOARD_FACING_X = _axes((0, 0, 1), (1, 0, 0), (0, 1, 0))
 """A board (x right, y up, z out of it) that stands upright and faces world +X."""

@@ -13,7 +13,7 @@ Float32Array = NDArray[np.float32]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RayHits:
-    """Where N rays end.
+    """Ends of N rays.
 
     Attributes:
         distance: (N,) in lengths of the direction; infinite where nothing was hit.

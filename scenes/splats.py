@@ -155,7 +155,7 @@ def validate(cloud: SplatCloud, where: str, *, start: int = 0) -> None:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fault:
-    """What may be wrong with splats, and with which it is.
+    """Field of splats whose values are outside its limits.
 
     Attributes:
         what: the field.

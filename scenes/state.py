@@ -19,7 +19,7 @@ T = TypeVar("T")
 
 
 class TrackState(StrEnum):
-    """What the tracker knows of an object in a frame."""
+    """Knowledge of the tracker about an object in a frame."""
 
     STATIC = "static"
     """Seen at rest where it was."""
@@ -167,7 +167,7 @@ class SceneState:
 
 
 StateChange = TrackedObject | LiveSurface | Avatar | Annotation
-"""What the reducer accepts."""
+"""Changes that the reducer accepts."""
 
 
 def reduce_state(state: SceneState, change: StateChange, t_ns: int) -> SceneState:

@@ -18,7 +18,7 @@ FloatArray = NDArray[np.float32]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WarpTable:
-    """Where each pixel of a view comes from.
+    """Source of each pixel of a view.
 
     Attributes:
         map_xy: (H, W, 2) float32 source position in `cv2.remap` coordinates (integer centres).

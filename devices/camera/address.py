@@ -1,4 +1,4 @@
-"""Where a camera's pictures come from, parsed from the text that a person types."""
+"""Address of a camera, parsed from the text that a person types."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ INSTA360_PORT, INSTA360_HTTP_PORT = 6666, 80
 """TCP ports on which Insta360 cameras answer in their own Wi-Fi: with pictures, over HTTP."""
 
 DEVICE_MODES = {"size": "video_size", "fps": "framerate", "format": "input_format"}
-"""What a V4L2 device is set to, as in `v4l2:/dev/video0?size=2880x1440`: our name, FFmpeg's."""
+"""Settings of a V4L2 device, as in `v4l2:/dev/video0?size=2880x1440`: our name, FFmpeg's."""
 
 EXAMPLES = (
     "rtmp://:1935/live/room, rtsp://HOST/stream, udp://:5000, https://HOST/stream.m3u8, "
     "v4l2:/dev/video0, insta360://HOST or a video file"
 )
-"""What an address can look like, for messages."""
+"""Examples of addresses, for messages."""
 
 
 class AddressKind(StrEnum):

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from devices.camera.units import Unit
 
-MOST_BYTES = 1 << 26
+MAX_BYTES = 1 << 26
 """Encoded bytes that wait at most, 64 MiB: 10 s of the fastest stream known, 50 Mbit/s. A camera
 that sends a keyframe more often never comes near."""
 
@@ -35,7 +35,7 @@ class Arrived:
 
 
 class Backlog:
-    """What waits to be decoded; putting never blocks. One producer, one consumer.
+    """Units that wait to be decoded; putting never blocks. One producer, one consumer.
 
     A keyframe replaces everything that waits before it, for only the newest picture is of use. Of
     several tracks nothing is replaced: which of their pictures belong together is known by their
@@ -43,12 +43,12 @@ class Backlog:
 
     Args:
         tracks: picture tracks of the source.
-        most_bytes: more is given up, up to the next keyframe.
+        max_bytes: more is given up, up to the next keyframe.
     """
 
-    def __init__(self, tracks: int, *, most_bytes: int = MOST_BYTES) -> None:
+    def __init__(self, tracks: int, *, max_bytes: int = MAX_BYTES) -> None:
         self._tracks = tracks
-        self._most_bytes = most_bytes
+        self._max_bytes = max_bytes
         self._waiting: deque[Arrived] = deque()
         self._bytes = 0
         self._skipped = 0
@@ -68,7 +68,7 @@ class Backlog:
             if self._closed:
                 return
             is_replaced = unit.keyframe and self._tracks == 1
-            is_full = self._bytes + len(unit.data) > self._most_bytes
+            is_full = self._bytes + len(unit.data) > self._max_bytes
             if self._waiting and (is_replaced or is_full):
                 self._give_up()
             self._append(arrived)

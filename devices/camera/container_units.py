@@ -49,13 +49,13 @@ DEVICE_ADVICE = {
     errno.EISDIR: "this is no camera: wanted a video device such as /dev/video0",
     errno.EINVAL: "the camera lacks this size, rate or format: v4l2-ctl --list-formats-ext has all",
 }
-"""What to do about a V4L2 device, by the system's error number."""
+"""Advice on a V4L2 device, by the system's error number."""
 
 PATIENCE_S = 20.0
 """Seconds that FFmpeg may wait for the network. The process that it runs in is killed sooner."""
 
 PARAMETER_SETS = {"h264": avc_parameter_sets, "hevc": hevc_parameter_sets}
-"""What reads a codec's configuration record."""
+"""Readers of the codecs' configuration records."""
 
 
 class ContainerUnits:
@@ -78,7 +78,7 @@ class ContainerUnits:
         self.tracks = 0
         try:
             for name in _names(address):
-                self._add(_opened(address, name, self._stack))
+                self._add(_open(address, name, self._stack))
         except BaseException:
             self._stack.close()
             raise
@@ -154,7 +154,7 @@ class _Coding:
 
 
 def _names(address: CameraAddress) -> list[str]:
-    """What is opened for it: two files where a camera writes one a lens."""
+    """Names to open for an address: two files if the camera writes one a lens."""
     path = Path(address.path)
     if address.kind is AddressKind.FILE and path.suffix.lower() == ".insv":
         other = path.with_name(path.name.replace(*PAIRED))
@@ -177,7 +177,7 @@ def _options(address: CameraAddress) -> tuple[str | None, dict[str, str]]:
     return None, {} if kind is AddressKind.FILE else {**LOW_DELAY, "live_start_index": "-1"}
 
 
-def _opened(address: CameraAddress, name: str, stack: ExitStack) -> Any:
+def _open(address: CameraAddress, name: str, stack: ExitStack) -> Any:
     """FFmpeg's container; `stack` closes it."""
     form, options = _options(address)
     file: Any = name

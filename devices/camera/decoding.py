@@ -16,7 +16,7 @@ from scenes.workers.task import Task
 CLOSE_S = 5.0
 """Seconds that `close` waits for the thread; a picture of 5760 × 2880 takes it 0.1 s."""
 
-MOST_HELD_BACK = 64
+MAX_HELD_BACK = 64
 """Units that a decoder may take before it gives the picture of the first: 16 in H.264 and HEVC, on
 up to four tracks."""
 
@@ -38,7 +38,7 @@ class Decoding:
         self._decoder = StreamDecoder(tracks)
         self._clock = clock
         self._hand_out = hand_out
-        self._taken: deque[tuple[int, int, int | None]] = deque(maxlen=MOST_HELD_BACK)
+        self._taken: deque[tuple[int, int, int | None]] = deque(maxlen=MAX_HELD_BACK)
         self._error: SourceError | None = None
         self._task = Task(name, self._run)
         self._task.start()

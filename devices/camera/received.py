@@ -1,4 +1,4 @@
-"""What a camera's receiver hands out: pictures with the time they arrived, and how it is doing."""
+"""Output of a camera's receiver: pictures with the time they arrived, and its status."""
 
 from __future__ import annotations
 

@@ -11,11 +11,11 @@ from devices.adapter import Sink
 from devices.camera.address import AddressKind, CameraAddress
 from devices.camera.backlog import Arrived
 from devices.camera.decoding import Decoding
-from devices.camera.file_source import FileSource
-from devices.camera.insta360_source import Insta360Source
-from devices.camera.pull.source import PullSource
 from devices.camera.received import CameraState, CameraStatus, Received
 from devices.camera.rtmp.listener import RtmpListener
+from devices.camera.sources.file_source import FileSource
+from devices.camera.sources.insta360_source import Insta360Source
+from devices.camera.sources.pull_source import PullSource
 from devices.camera.units import (
     Idle,
     Source,
@@ -32,13 +32,13 @@ from scenes.workers.task import Task
 HELD_AFTER_NS = 1_000_000_000
 """Age of the last picture, nanoseconds, from which it is called held: 30 missed at 30 Hz."""
 
-FIRST_WAIT_S, LONGEST_WAIT_S = 0.25, 0.5
+FIRST_WAIT_S, MAX_WAIT_S = 0.25, 0.5
 """Seconds between attempts, doubling from one to the other: what is back is found within 5 s."""
 
 CLOSE_S = 5.0
 """Seconds that `close` waits for the thread; sources answer within 0.2 s."""
 
-MOST_EVENTS = 256
+MAX_EVENTS = 256
 """Events kept until they are taken; the oldest go first."""
 
 OVER = frozenset({CameraState.FAILED, CameraState.ENDED})
@@ -98,7 +98,7 @@ class CameraReceiver:
         self._status = CameraStatus(CameraState.CONNECTING, f"connecting to {address.shown}")
         self._last: Received | None = None
         self._source: Source | None = None
-        self._events: deque[Event] = deque(maxlen=MOST_EVENTS)
+        self._events: deque[Event] = deque(maxlen=MAX_EVENTS)
         self._seq = 0
         self._formats: dict[int, StreamFormat] = {}
         self._decoding: Decoding | None = None
@@ -108,7 +108,7 @@ class CameraReceiver:
 
     @property
     def address(self) -> CameraAddress:
-        """Where the pictures come from."""
+        """Address that the pictures come from."""
         return self._address
 
     @property
@@ -138,7 +138,7 @@ class CameraReceiver:
         return replace(status, state=state, last_age_ns=age_ns)
 
     def take_events(self) -> list[Event]:
-        """What happened since the last call, oldest first: gaps, sizes, connections, failures."""
+        """Take the events since the last call, oldest first: gaps, sizes, connections, failures."""
         taken: list[Event] = []
         while self._events:
             taken.append(self._events.popleft())
@@ -194,7 +194,7 @@ class CameraReceiver:
             self._notice_hold()
             # Whoever listens has nothing to try again, and must not keep a camera waiting.
             task.pause(0.0 if self.listening_at else wait_s)
-            wait_s = min(2 * wait_s, LONGEST_WAIT_S)
+            wait_s = min(2 * wait_s, MAX_WAIT_S)
 
     def _start_decoding(self, tracks: int) -> Decoding:
         return Decoding(

@@ -12,7 +12,7 @@ from devices.camera.units import StreamFormat, Unit
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DecodedPictures:
-    """What a camera showed at one moment.
+    """Pictures of a camera at one moment.
 
     Attributes:
         number: of the unit that the last of the pictures came in.
@@ -83,7 +83,7 @@ class StreamDecoder:
             decoder.leave_out()
 
     def flush(self) -> list[DecodedPictures]:
-        """What the decoders still hold after the last unit."""
+        """Return the pictures that the decoders still hold after the last unit."""
         decoded: Decoded | None = None
         for track in self._tracks:
             decoded = None if track.decoder is None else track.decoder.flush()

@@ -17,13 +17,13 @@ from scenes.workers.task import Task
 PACKET_BYTES, SYNC = 188, 0x47
 """Size of a packet of a transport stream, and its first byte (ISO/IEC 13818-1, 2.4.3.2)."""
 
-MOST_DATAGRAM_BYTES = 65507
+MAX_DATAGRAM_BYTES = 65507
 """Longest payload of UDP over IPv4."""
 
 SOCKET_BYTES = 4 << 20
 """Asked of the system for the socket's buffer; it gives what it allows, often 208 kB."""
 
-MOST_HELD_BYTES = 8 << 20
+MAX_HELD_BYTES = 8 << 20
 """Bytes that wait for the reader, at most: 2.7 s at 24 Mbit/s. The oldest are dropped."""
 
 SENDER_GONE_S = 0.5
@@ -35,7 +35,7 @@ WAIT_S = 0.1
 
 
 class TsDatagrams:
-    """What FFmpeg reads instead of a socket of its own.
+    """Received datagrams, for FFmpeg to read instead of a socket of its own.
 
     Args:
         host: interface or multicast group to listen at; empty for every interface.
@@ -90,7 +90,7 @@ class TsDatagrams:
     def _receive(self, _task: Task[None]) -> None:
         while not self._is_closed:
             try:
-                data, sender = self._socket.recvfrom(MOST_DATAGRAM_BYTES)
+                data, sender = self._socket.recvfrom(MAX_DATAGRAM_BYTES)
             except TimeoutError:
                 continue
             except OSError:
@@ -111,7 +111,7 @@ class TsDatagrams:
         with self._changed:
             self._held.append(data)
             self._held_bytes += len(data)
-            while self._held_bytes > MOST_HELD_BYTES:
+            while self._held_bytes > MAX_HELD_BYTES:
                 self._held_bytes -= len(self._held.popleft())
             self._changed.notify_all()
 

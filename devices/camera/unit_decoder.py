@@ -14,12 +14,12 @@ from devices.camera.stream_picture import StreamPicture, picture_of
 from devices.camera.units import SourceError, StreamFormat, Unit
 
 CODECS = frozenset({"h264", "hevc", "mjpeg", "rawvideo"})
-"""What is decoded, by FFmpeg's names: what 360° cameras are known to send."""
+"""Codecs that are decoded, by FFmpeg's names: those that 360° cameras are known to send."""
 
 DECODER_THREADS = 2
 """Threads that share the slices of one picture; a thread a picture would add a picture of delay."""
 
-MOST_SIDE_PX = 8192
+MAX_SIDE_PX = 8192
 """Longest side of a picture that is decoded: the largest 360° video of today, 8K, is 7680 px."""
 
 
@@ -54,7 +54,7 @@ class UnitDecoder:
         self.damaged = 0
         self._is_intra = form.codec not in ("h264", "hevc")
         self._started = self._is_intra
-        self._context = _opened(form)
+        self._context = _open(form)
 
     def decode(self, unit: Unit, number: int) -> Decoded | None:
         """The picture that a unit completes; None before a keyframe and where it is damaged.
@@ -90,20 +90,20 @@ class UnitDecoder:
         if not whole:
             return None
         frame = whole[-1]
-        if max(frame.width, frame.height) > MOST_SIDE_PX:
+        if max(frame.width, frame.height) > MAX_SIDE_PX:
             raise SourceError(
-                f"pictures of {frame.width}×{frame.height} px: wanted at most {MOST_SIDE_PX} px a "
+                f"pictures of {frame.width}×{frame.height} px: wanted at most {MAX_SIDE_PX} px a "
                 "side; choose a smaller resolution in the camera",
                 is_final=True,
             )
         return Decoded(number if frame.pts is None else frame.pts, picture_of(frame))
 
 
-def _opened(form: StreamFormat) -> Any:
+def _open(form: StreamFormat) -> Any:
     context = cast("Any", av.CodecContext.create(form.codec, "r"))
     context.thread_type = ThreadType.SLICE
     context.thread_count = DECODER_THREADS
-    context.options = {"flags": "low_delay", "max_pixels": str(MOST_SIDE_PX * MOST_SIDE_PX)}
+    context.options = {"flags": "low_delay", "max_pixels": str(MAX_SIDE_PX * MAX_SIDE_PX)}
     if form.header:
         context.extradata = form.header
     if form.pixels:

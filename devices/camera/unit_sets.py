@@ -1,4 +1,4 @@
-"""Which units of a camera with several picture tracks belong to one picture of it: by their order.
+"""Units of several picture tracks put together to pictures, by their order.
 
 A camera sends one unit of each track for every picture, those of the next picture after all of
 them. Where a unit was lost, the next one of a track that the picture has already begins another.
@@ -12,7 +12,7 @@ from enum import Enum, auto
 
 
 class Place(Enum):
-    """Where a unit stands in its picture; the only one of a single track is the `LAST`."""
+    """Position of a unit in its picture; the only one of a single track is the `LAST`."""
 
     FIRST = auto()
     BETWEEN = auto()

@@ -1,4 +1,4 @@
-"""What a source of a stream yields: encoded units, and word of what it waits for."""
+"""Units of a stream, as every source yields them, and word of what it waits for."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ IDLE_S = 0.1
 
 
 class Source(Protocol):
-    """Where units come from. One thread calls `units` and takes what it yields."""
+    """Source of units. One thread calls `units` and takes what it yields."""
 
     tracks: int
     """Picture tracks of which one unit each make a picture of the camera."""

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 from typing import Literal
 
 from devices.insta360.errors import CameraProtocolError
-from devices.insta360.packets import LARGEST_PACKET_BYTES
+from devices.insta360.packets import MAX_PACKET_BYTES
 
 Codec = Literal["h264", "hevc"]
 
-LARGEST_UNIT_BYTES = 2 * LARGEST_PACKET_BYTES
+MAX_UNIT_BYTES = 2 * MAX_PACKET_BYTES
 """Limit of one access unit that is put together from several packets."""
 
 _H264_SLICES, _H264_KEYS, _H264_SPS = frozenset({1, 5}), frozenset({5}), 7
@@ -56,7 +56,7 @@ class UnitAssembler:
 
     @property
     def codec(self) -> Codec | None:
-        """What the stream is compressed with; None before its first parameter sets."""
+        """Codec of the stream; None before its first parameter sets."""
         return self._codec
 
     @property
@@ -68,7 +68,7 @@ class UnitAssembler:
         """Take one video packet; the units that are whole now.
 
         Raises:
-            CameraProtocolError: a unit grew beyond `LARGEST_UNIT_BYTES`.
+            CameraProtocolError: a unit grew beyond `MAX_UNIT_BYTES`.
         """
         self._codec = self._codec or _codec_of(data)
         if self._codec is None or not data:
@@ -85,9 +85,9 @@ class UnitAssembler:
         return done
 
     def _hold(self, stamp: int, data: bytes) -> None:
-        if len(self._held) + len(data) > LARGEST_UNIT_BYTES:
+        if len(self._held) + len(data) > MAX_UNIT_BYTES:
             raise CameraProtocolError(
-                f"a picture of more than {LARGEST_UNIT_BYTES} bytes: no camera's video"
+                f"a picture of more than {MAX_UNIT_BYTES} bytes: no camera's video"
             )
         if not self._held:
             self._held_stamp = stamp
@@ -107,7 +107,7 @@ class UnitAssembler:
 
 
 def _heads(data: bytes) -> Iterator[int]:
-    """Where the first bytes of the first `_SCANNED_UNITS` NAL units are."""
+    """Positions of the first bytes of the first `_SCANNED_UNITS` NAL units."""
     at = data.find(b"\0\0\1")
     for _unit in range(_SCANNED_UNITS):
         if at < 0 or at + 3 >= len(data):

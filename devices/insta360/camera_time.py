@@ -15,7 +15,9 @@ LEARN_NS = 300_000_000
 """Time over which ticks are counted. Units differ by 1000, so a ratio off by 30 still decides."""
 
 _UNITS_NS = (1, 1_000, 1_000_000)
+"""Units that stamps of cameras have: nanoseconds, microseconds, milliseconds."""
 _FARTHEST = 30.0
+"""Ratio of the measured unit to a known one beyond which it is neither."""
 
 
 class CameraTime:
@@ -61,7 +63,7 @@ class CameraTime:
         return self._given_ns
 
     def _learn(self, stamp: int, received_ns: int) -> None:
-        """Which unit the stamps have, once enough of them came."""
+        """Learn the unit of the stamps, once enough of them came."""
         if self._first is None or stamp < self._first[0]:
             self._first = (stamp, received_ns)
             return

@@ -1,4 +1,4 @@
-"""What is said over port 6666: commands, their replies, and what a camera says of itself.
+"""Messages over port 6666: commands, their replies, and what a camera says of itself.
 
 Numbers of commands, options and fields are those of the vendor's message definitions, as the
 community has published them.
@@ -85,7 +85,7 @@ AUDIO_RATE_HZ = 48_000
 
 @dataclass(frozen=True, slots=True)
 class CameraInfo:
-    """What a camera says of itself; empty or None where it does not say it.
+    """Description of a camera by itself; empty or None where it does not say it.
 
     Attributes:
         serial: serial number.
@@ -106,7 +106,7 @@ class CameraInfo:
 
 @dataclass(frozen=True, slots=True)
 class LiveRequest:
-    """What a client asks the camera to stream.
+    """Request for a live stream.
 
     Attributes:
         video: whether pictures are wanted.
@@ -178,11 +178,11 @@ def read_get_options(body: bytes) -> tuple[int, ...]:
         if field.number == 1 and field.kind == VARINT and isinstance(field.value, int):
             numbers.append(field.value)
         elif field.number == 1 and field.kind == BYTES and isinstance(field.value, bytes):
-            numbers += _packed(field.value)
+            numbers += _pack(field.value)
     return tuple(numbers)
 
 
-def _packed(data: bytes) -> list[int]:
+def _pack(data: bytes) -> list[int]:
     """Numbers of a packed field, which are varints of one byte or two for known options."""
     numbers: list[int] = []
     value, shift = 0, 0

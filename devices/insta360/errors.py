@@ -1,4 +1,4 @@
-"""What can go wrong with a camera on the network; each message says what to do about it."""
+"""Errors of a camera on the network; each message says what to do about it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class CameraTimeoutError(CameraError):
 
 
 class CameraProtocolError(CameraError):
-    """What answers sends bytes that a camera would not send."""
+    """The answering device sends bytes that a camera would not send."""
 
 
 class CameraRefusedError(CameraError):
@@ -24,5 +24,5 @@ class CameraRefusedError(CameraError):
 
 
 def printable(words: str, most: int = 200) -> str:
-    """What a device said, fit for a message: one line, no control characters, not longer."""
+    """Words of a device, fit for a message: one line, no control characters, not longer."""
     return "".join(c if c.isprintable() else " " for c in words[:most]).strip()

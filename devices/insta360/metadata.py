@@ -32,7 +32,7 @@ STANDARD_GRAVITY_M_S2 = 9.80665
 
 @dataclass(frozen=True, slots=True)
 class WindowCrop:
-    """Which part of the sensor is in the picture, pixels."""
+    """Part of the sensor that is in the picture, pixels."""
 
     sensor_width_px: int
     sensor_height_px: int

@@ -11,10 +11,10 @@ import math
 from dataclasses import dataclass, fields, replace
 from typing import TypeVar
 
-LARGEST_TEXT = 4096
+MAX_TEXT = 4096
 """Characters of a string. Version 3 of two lenses has about 370."""
 
-MOST_LENSES = 8
+MAX_LENSES = 8
 """Lenses of one camera; the vendor's largest has eight."""
 
 
@@ -149,12 +149,12 @@ def read_offsets(text: str) -> Offsets:
         OffsetError: too long, no number where one belongs, an unknown count, a size that is not
             positive.
     """
-    if len(text) > LARGEST_TEXT:
-        raise OffsetError(f"calibration of {len(text)} characters, at most {LARGEST_TEXT}")
+    if len(text) > MAX_TEXT:
+        raise OffsetError(f"calibration of {len(text)} characters, at most {MAX_TEXT}")
     words = text.strip().split("_")
     count = _whole(words, 0)
-    if not 1 <= count <= MOST_LENSES:
-        raise OffsetError(f"calibration of {count} lenses, wanted 1 to {MOST_LENSES}")
+    if not 1 <= count <= MAX_LENSES:
+        raise OffsetError(f"calibration of {count} lenses, wanted 1 to {MAX_LENSES}")
     v1, v2, v3 = (len(fields(kind)) for kind in (LensV1, LensV2, LensV3))
     rest = len(words) - 1
     if rest == count * v1 + 3:
@@ -179,8 +179,8 @@ def write_offsets(offsets: Offsets) -> str:
     Raises:
         OffsetError: a number is not finite, or there are too many lenses.
     """
-    if not 1 <= len(offsets.lenses) <= MOST_LENSES:
-        raise OffsetError(f"{len(offsets.lenses)} lenses, wanted 1 to {MOST_LENSES}")
+    if not 1 <= len(offsets.lenses) <= MAX_LENSES:
+        raise OffsetError(f"{len(offsets.lenses)} lenses, wanted 1 to {MAX_LENSES}")
     words = [str(len(offsets.lenses))]
     for lens in offsets.lenses:
         words += [_word(field.name, getattr(lens, field.name)) for field in fields(lens)]

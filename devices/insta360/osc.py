@@ -22,7 +22,7 @@ from devices.insta360.errors import (
     printable,
 )
 from devices.insta360.osc_replies import (
-    LARGEST_BODY_BYTES,
+    MAX_BODY_BYTES,
     OscCommand,
     OscFile,
     OscInfo,
@@ -35,7 +35,7 @@ from devices.insta360.osc_replies import (
 )
 
 PORT = 80
-"""Where cameras listen."""
+"""Port that cameras listen on."""
 
 HEADERS = {
     "Accept": "application/json",
@@ -136,7 +136,7 @@ class OscClient:
     def files(
         self, kind: Literal["image", "video", "all"] = "all", *, most: int = 100
     ) -> tuple[OscFile, ...]:
-        """What is on the card, newest first, without thumbnails.
+        """List the files on the card, newest first, without thumbnails.
 
         Raises:
             CameraRefusedError: there is no card. The others: see `errors.py`.
@@ -239,7 +239,7 @@ def exchange(
 ) -> tuple[int, bytes]:
     """Send a request over an open connection; the reply's status and body.
 
-    At most one byte more than `LARGEST_BODY_BYTES` is read of a body.
+    At most one byte more than `MAX_BODY_BYTES` is read of a body.
 
     Raises:
         CameraProtocolError: the reply is no HTTP.
@@ -248,7 +248,7 @@ def exchange(
     try:
         connection.request(method, path, body=body, headers=HEADERS)
         response = connection.getresponse()
-        return response.status, response.read(LARGEST_BODY_BYTES + 1)
+        return response.status, response.read(MAX_BODY_BYTES + 1)
     except (http.client.HTTPException, ValueError, AttributeError) as error:
         # AttributeError: the connection was closed below a reply that was being read.
         why = printable(f"{type(error).__name__}: {error}")

@@ -13,10 +13,10 @@ from typing import Any, Literal, NoReturn, cast
 
 from devices.insta360.errors import CameraProtocolError
 
-LARGEST_BODY_BYTES = 4 << 20
+MAX_BODY_BYTES = 4 << 20
 """Limit of a reply. A list of 500 files with thumbnails of 100 px is about 2 MB."""
 
-MOST_FILES = 10_000
+MAX_FILES = 10_000
 """Entries of one list of files that are looked at."""
 
 CommandState = Literal["done", "inProgress", "error"]
@@ -61,7 +61,7 @@ class OscState:
 
 @dataclass(frozen=True, slots=True)
 class OscCommand:
-    """Where a command stands.
+    """State of a command.
 
     Attributes:
         name: such as "camera.takePicture".
@@ -107,8 +107,8 @@ def read_object(body: bytes) -> dict[str, Any]:
     Raises:
         CameraProtocolError: too long, no JSON, or something else than an object.
     """
-    if len(body) > LARGEST_BODY_BYTES:
-        raise CameraProtocolError(f"a reply of more than {LARGEST_BODY_BYTES} bytes")
+    if len(body) > MAX_BODY_BYTES:
+        raise CameraProtocolError(f"a reply of more than {MAX_BODY_BYTES} bytes")
     try:
         value = json.loads(body, parse_constant=_no_number)
     except (ValueError, RecursionError) as error:
@@ -188,7 +188,7 @@ def read_command(body: bytes) -> OscCommand:
 def read_files(results: Mapping[str, Any]) -> tuple[OscFile, ...]:
     """Results of `camera.listFiles`; entries without a name are left out."""
     files: list[OscFile] = []
-    for entry in _list(results, "entries")[:MOST_FILES]:
+    for entry in _list(results, "entries")[:MAX_FILES]:
         if not isinstance(entry, dict):
             continue
         item = cast(dict[str, Any], entry)
@@ -208,7 +208,7 @@ def read_files(results: Mapping[str, Any]) -> tuple[OscFile, ...]:
 
 
 def read_urls(results: Mapping[str, Any]) -> tuple[str, ...]:
-    """Where the pictures or videos are that a command made."""
+    """Read the addresses of the pictures or videos that a command made."""
     urls = [item for item in _list(results, "fileUrls") if isinstance(item, str)]
     if not urls:
         urls = [item for item in _list(results, "_fileGroup") if isinstance(item, str)]

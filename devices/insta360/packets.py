@@ -12,13 +12,13 @@ from dataclasses import dataclass
 from devices.insta360.errors import CameraProtocolError
 
 PORT = 6666
-"""Where cameras listen."""
+"""Port that cameras listen on."""
 
-LARGEST_PACKET_BYTES = 4 << 20
+MAX_PACKET_BYTES = 4 << 20
 """Limit of one packet. A keyframe of 2880×1440 px at 40 Mbit/s is about 0.5 MB."""
 
 SYNC_WORDS = b"syNceNdinS"
-"""What both sides say first."""
+"""First words of both sides."""
 
 _STREAM, _MESSAGE, _KEEP_ALIVE, _SYNC = 1, 4, 5, 6
 _HEAD = struct.Struct("<IB2x")
@@ -86,12 +86,12 @@ def encode(packet: Packet) -> bytes:
     """The packet as it is on the wire, length included.
 
     Raises:
-        CameraProtocolError: it would be longer than `LARGEST_PACKET_BYTES`.
+        CameraProtocolError: it would be longer than `MAX_PACKET_BYTES`.
     """
     kind, rest = _parts(packet)
     size = _HEAD.size + len(rest)
-    if size > LARGEST_PACKET_BYTES:
-        raise CameraProtocolError(f"packet of {size} bytes, at most {LARGEST_PACKET_BYTES}")
+    if size > MAX_PACKET_BYTES:
+        raise CameraProtocolError(f"packet of {size} bytes, at most {MAX_PACKET_BYTES}")
     return _HEAD.pack(size, kind) + rest
 
 
@@ -118,7 +118,7 @@ class PacketParser:
 
     @property
     def held_bytes(self) -> int:
-        """Bytes of a packet whose rest is missing; never `LARGEST_PACKET_BYTES` or more."""
+        """Bytes of a packet whose rest is missing; never `MAX_PACKET_BYTES` or more."""
         return len(self._held)
 
     def feed(self, data: bytes) -> list[Packet]:
@@ -134,20 +134,20 @@ class PacketParser:
         at = 0
         while len(held) - at >= 4:
             size = int.from_bytes(held[at : at + 4], "little")
-            if not _HEAD.size <= size <= LARGEST_PACKET_BYTES:
+            if not _HEAD.size <= size <= MAX_PACKET_BYTES:
                 raise CameraProtocolError(
-                    f"packet of {size} bytes, wanted {_HEAD.size} to {LARGEST_PACKET_BYTES}: "
+                    f"packet of {size} bytes, wanted {_HEAD.size} to {MAX_PACKET_BYTES}: "
                     "this is no camera's preview, or bytes were lost; connect again"
                 )
             if len(held) - at < size:
                 break
-            packets.append(_decoded(bytes(held[at + 4 : at + size])))
+            packets.append(_decode(bytes(held[at + 4 : at + size])))
             at += size
         del held[:at]
         return packets
 
 
-def _decoded(payload: bytes) -> Packet:
+def _decode(payload: bytes) -> Packet:
     kind, rest = payload[0], payload[3:]
     if kind == _STREAM:
         if len(rest) < _STREAM_HEAD.size:

@@ -55,7 +55,7 @@ from devices.messages import EncodedFrame
 KEEP_ALIVE_S = 2.0
 """The camera hangs up after about 10 s without a word; its own app says something every 2 s."""
 
-LARGEST_QUEUE_BYTES = 32 << 20
+MAX_QUEUE_BYTES = 32 << 20
 """Limit of the video that came while a reply was waited for; the oldest is dropped."""
 
 CHUNK_BYTES = 1 << 16
@@ -121,7 +121,7 @@ class PreviewClient:
 
     @property
     def counts(self) -> PreviewCounts:
-        """What came so far."""
+        """Counts of what came so far."""
         return PreviewCounts(self._packets, self._bytes, self._taken, self._dropped, self._skipped)
 
     def connect(self) -> None:
@@ -172,7 +172,7 @@ class PreviewClient:
         self.ask(Command.SET_OPTIONS, set_time(unix_s, zone_s))
 
     def info(self) -> CameraInfo:
-        """What the camera says of itself, its lenses' calibration included.
+        """Description of the camera by itself, its lenses' calibration included.
 
         Raises:
             CameraError: as `ask`; the reply cannot be read.
@@ -322,7 +322,7 @@ class PreviewClient:
         return True
 
     def _receive(self, wait_s: float) -> bytes:
-        """What is there, waiting for it; empty when nothing came, or after `close`."""
+        """Receive what is there, waiting for it; empty when nothing came, or after `close`."""
         if self._socket is None:
             raise CameraUnreachableError(f"{self._where}: not connected; call connect first")
         try:
@@ -373,6 +373,6 @@ class PreviewClient:
     def _queue(self, unit: VideoUnit, now_ns: int) -> None:
         self._units.append(TimedUnit(unit, now_ns))
         self._queued_bytes += len(unit.data)
-        while self._queued_bytes > LARGEST_QUEUE_BYTES:
+        while self._queued_bytes > MAX_QUEUE_BYTES:
             self._queued_bytes -= len(self._units.popleft().unit.data)
             self._dropped += 1

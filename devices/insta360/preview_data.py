@@ -24,7 +24,7 @@ class PreviewLimits:
 
 @dataclass(frozen=True, slots=True)
 class PreviewCounts:
-    """What came so far.
+    """Counts of what came so far.
 
     Attributes:
         packets, bytes: of all kinds.

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 VARINT, FIXED64, BYTES, FIXED32 = 0, 1, 2, 5
 """Wire types: the low three bits of a field's key (protobuf.dev, "Encoding")."""
 
-MOST_FIELDS = 16_384
+MAX_FIELDS = 16_384
 """Fields in one message. A file's metadata has about a hundred; a list of files one a file."""
 
-LARGEST_NUMBER = (1 << 29) - 1
+MAX_NUMBER = (1 << 29) - 1
 """Field numbers have 29 bits (protobuf.dev, "Assigning Field Numbers")."""
 
 _MASK64 = (1 << 64) - 1
@@ -55,13 +55,13 @@ def read_message(data: bytes) -> tuple[Field, ...]:
 def _fields(data: bytes) -> Iterator[Field]:
     at, count = 0, 0
     while at < len(data):
-        if count == MOST_FIELDS:
-            raise ProtobufError(f"message with more than {MOST_FIELDS} fields: no camera's")
+        if count == MAX_FIELDS:
+            raise ProtobufError(f"message with more than {MAX_FIELDS} fields: no camera's")
         count += 1
         key, end = _read_varint(data, at)
         number, kind = key >> 3, key & 7
-        if not 1 <= number <= LARGEST_NUMBER:
-            raise ProtobufError(f"byte {at}: field number {number}, wanted 1 to {LARGEST_NUMBER}")
+        if not 1 <= number <= MAX_NUMBER:
+            raise ProtobufError(f"byte {at}: field number {number}, wanted 1 to {MAX_NUMBER}")
         value: int | bytes
         if kind == VARINT:
             value, end = _read_varint(data, end)

@@ -24,7 +24,7 @@ LATEST_NS = (1 << 63) - 1
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GyroSamples:
-    """What the inertial sensor measured; the axes are the sensor's, which differ between models.
+    """Samples of the inertial sensor, in its own axes, which differ between models.
 
     Attributes:
         t_ns: (N,) int64, the camera's clock.

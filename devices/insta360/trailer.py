@@ -1,4 +1,4 @@
-"""What an Insta360 camera appends to its files (.insv: MP4, .insp: JPEG): read and written.
+"""Trailer that Insta360 cameras append to files (.insv: MP4, .insp: JPEG): read and written.
 
 From the end backwards: 32 characters of magic, `u32` version, `u32` size of the trailer, 32
 reserved bytes; before them the records, each `data, u8 format, u8 id, u32 size`. Newer cameras put
@@ -25,10 +25,10 @@ INDEX, METADATA, THUMBNAIL, GYRO, EXPOSURE = 0, 1, 2, 3, 4
 BINARY, PROTOBUF, JSON = 0, 1, 2
 """Formats of records."""
 
-LARGEST_TRAILER_BYTES = 1 << 29
+MAX_TRAILER_BYTES = 1 << 29
 """Limit of a trailer that is read. Gyro samples at 1 kHz are 72 MB an hour."""
 
-MOST_RECORDS = 4096
+MAX_RECORDS = 4096
 """Limit of records; cameras write about twenty."""
 
 _FOOTER = struct.Struct("<32sII32s")
@@ -128,8 +128,8 @@ def read_trailer_of(file: BinaryIO) -> Trailer | None:
     body = file.read(size - _FOOTER.size)
     last = _HEAD.unpack_from(body, len(body) - _HEAD.size) if len(body) >= _HEAD.size else None
     if last is not None and last[1] == INDEX and last[2] and last[2] % _SLOT.size == 0:
-        return _indexed(body, version, reserved, boxed=boxed)
-    records = tuple(_walked_back(body))[::-1]
+        return _index(body, version, reserved, boxed=boxed)
+    records = tuple(_walk_back(body))[::-1]
     return Trailer(records, version, boxed=boxed, reserved=reserved)
 
 
@@ -153,10 +153,10 @@ def _footer(file: BinaryIO) -> tuple[int, int, bytes, bool, int] | None:
     reserved, size, version, magic = _FOOTER.unpack(file.read(_FOOTER.size))
     if magic != MAGIC:
         return None
-    if not _FOOTER.size <= size <= min(end, LARGEST_TRAILER_BYTES):
+    if not _FOOTER.size <= size <= min(end, MAX_TRAILER_BYTES):
         raise TrailerError(
             f"trailer of {size} bytes in a file of {end}, wanted {_FOOTER.size} to "
-            f"{min(end, LARGEST_TRAILER_BYTES)}"
+            f"{min(end, MAX_TRAILER_BYTES)}"
         )
     start = end - size
     file.seek(max(0, start - 8))
@@ -164,12 +164,12 @@ def _footer(file: BinaryIO) -> tuple[int, int, bytes, bool, int] | None:
     return size, version, reserved, boxed, start
 
 
-def _walked_back(body: bytes) -> Iterator[Record]:
+def _walk_back(body: bytes) -> Iterator[Record]:
     """Records from the last to the first; they must fill the trailer exactly."""
     at, count = len(body), 0
     while at:
         count += 1
-        if at < _HEAD.size or count > MOST_RECORDS:
+        if at < _HEAD.size or count > MAX_RECORDS:
             raise TrailerError(f"trailer: {at} bytes before record {count} from the end are none")
         record_format, record_id, size = _HEAD.unpack_from(body, at - _HEAD.size)
         begin = at - _HEAD.size - size
@@ -182,7 +182,7 @@ def _walked_back(body: bytes) -> Iterator[Record]:
         at = begin
 
 
-def _indexed(body: bytes, version: int, reserved: bytes, *, boxed: bool) -> Trailer:
+def _index(body: bytes, version: int, reserved: bytes, *, boxed: bool) -> Trailer:
     """Records where the index says they are; it must not let them overlap."""
     index_format, _id, index_bytes = _HEAD.unpack_from(body, len(body) - _HEAD.size)
     index_at = len(body) - _HEAD.size - index_bytes
@@ -196,7 +196,7 @@ def _indexed(body: bytes, version: int, reserved: bytes, *, boxed: bool) -> Trai
         slots.append(-1 if empty else record_id)
         if not empty:
             places.append((offset, size, record_id, record_format))
-    if len(slots) > MOST_RECORDS or len({place[2] for place in places}) < len(places):
+    if len(slots) > MAX_RECORDS or len({place[2] for place in places}) < len(places):
         raise TrailerError(f"trailer: index of {len(slots)} entries, or two of one id")
     records: list[Record] = []
     end = 0
@@ -217,7 +217,7 @@ def trailer_bytes(trailer: Trailer) -> bytes:
     """A trailer as it is in a file, its box included; inverse of `read_trailer_of`.
 
     Raises:
-        TrailerError: it would be longer than `LARGEST_TRAILER_BYTES`, a number has no room in its
+        TrailerError: it would be longer than `MAX_TRAILER_BYTES`, a number has no room in its
             bytes, or an index lacks a record.
     """
     try:
@@ -225,9 +225,9 @@ def trailer_bytes(trailer: Trailer) -> bytes:
             _contiguous(trailer) if trailer.slots is None else _with_index(trailer, trailer.slots)
         )
         size = len(body) + _FOOTER.size
-        if size > LARGEST_TRAILER_BYTES or len(trailer.reserved) != 32:
+        if size > MAX_TRAILER_BYTES or len(trailer.reserved) != 32:
             raise TrailerError(
-                f"trailer of {size} bytes, at most {LARGEST_TRAILER_BYTES}; "
+                f"trailer of {size} bytes, at most {MAX_TRAILER_BYTES}; "
                 f"{len(trailer.reserved)} reserved bytes, wanted 32"
             )
         footer = _FOOTER.pack(trailer.reserved, size, trailer.version, MAGIC)
@@ -273,10 +273,10 @@ def write_trailer(media: Path, target: Path, trailer: Trailer) -> int:
     end = trailer_bytes(trailer)
     with media.open("rb") as file:
         size = media_size(file)
-        return write_file(target, _copied(file, size, end))
+        return write_file(target, _copy(file, size, end))
 
 
-def _copied(file: BinaryIO, size: int, end: bytes) -> Iterator[bytes]:
+def _copy(file: BinaryIO, size: int, end: bytes) -> Iterator[bytes]:
     file.seek(0)
     while size > 0:
         block = file.read(min(size, _COPY_BYTES))

@@ -134,7 +134,7 @@ def write_gltf_blocks(path: Path, splats: SplatBlocks) -> int:
             f"{MAX_BYTES} bytes at most",
             "write a PLY instead",
         )
-    return write_file(path, _packed(path, splats))
+    return write_file(path, _pack(path, splats))
 
 
 def _require_known_extensions(glb: Glb) -> None:
@@ -150,7 +150,7 @@ def _require_known_extensions(glb: Glb) -> None:
 
 
 def _primitives(glb: Glb, placement: Placement) -> Iterator[dict[str, Any]]:
-    """What the extension marks as splats among the primitives of a placed mesh."""
+    """Primitives of a placed mesh that the extension marks as splats."""
     primitives = item(glb, "meshes", placement.mesh).get("primitives")
     for primitive in primitives if isinstance(primitives, list) else []:
         extensions = primitive.get("extensions") if isinstance(primitive, dict) else None
@@ -211,7 +211,7 @@ def _read(path: Path, found: list[_Splats], k: int, rows: int) -> Iterator[Splat
                     for name, entry in splats.attributes.items()
                 }
                 cloud = _decode(values, k, splats.placement.scale)
-                yield flipped(_placed(path, cloud, splats.placement))
+                yield flipped(_place(path, cloud, splats.placement))
             first += splats.count
 
 
@@ -233,7 +233,7 @@ def _decode(values: dict[str, NDArray[np.float32]], k: int, scale: float) -> Spl
 
 
 @damaged_values_are_quiet
-def _placed(path: Path, cloud: SplatCloud, placement: Placement) -> SplatCloud:
+def _place(path: Path, cloud: SplatCloud, placement: Placement) -> SplatCloud:
     """Splats that have been scaled, turned and moved to where their node is."""
     if placement.stays():
         return cloud
@@ -260,7 +260,7 @@ def _layout(degree: int) -> list[tuple[str, str, int]]:
     ]
 
 
-def _packed(path: Path, splats: SplatBlocks) -> Iterator[bytes]:
+def _pack(path: Path, splats: SplatBlocks) -> Iterator[bytes]:
     """The file in order, once all blocks have been taken apart and set aside."""
     layout = _layout(splats.sh_degree)
     low, high = np.full(3, np.inf), np.full(3, -np.inf)

@@ -1,4 +1,4 @@
-"""Which splat formats there are, and reading and writing by content and file name."""
+"""Registry of splat formats: reading and writing by content and file name."""
 
 from __future__ import annotations
 

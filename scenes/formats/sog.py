@@ -44,7 +44,7 @@ PALETTE_COLUMNS = 64
 FIRST_TAG = 252
 
 _MISFIT = (LookupError, AttributeError, TypeError, ValueError, ArithmeticError, RecursionError)
-"""What taking apart a meta.json of another shape raises."""
+"""Errors that reading a meta.json of another shape raises."""
 
 _BAD_ZIP = (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, ValueError)
 _METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
@@ -99,7 +99,7 @@ def read_sog_blocks(path: Path, rows: int = ROWS_PER_BLOCK) -> SplatBlocks:
 
 @dataclass(frozen=True, slots=True)
 class _Source:
-    """Where the files of one SOG are: a folder or a zip."""
+    """Folder or zip that holds the files of one SOG."""
 
     path: Path
 
@@ -203,8 +203,8 @@ def _columns(source: _Source, meta: dict[str, Any]) -> _Columns:
     rgba = source.pixels(meta["sh0"]["files"][0], count)
     scale_pixels = source.pixels(meta["scales"]["files"][0], count)[:, :3]
     if coded:
-        log_scales = _looked_up(_codebook(meta["scales"]["codebook"]), scale_pixels)
-        dc = _looked_up(_codebook(meta["sh0"]["codebook"]), rgba[:, :3])
+        log_scales = _look_up(_codebook(meta["scales"]["codebook"]), scale_pixels)
+        dc = _look_up(_codebook(meta["sh0"]["codebook"]), rgba[:, :3])
         opacities: Column = lambda rows: rgba[rows, 3] / np.float32(255.0)  # noqa: E731
     else:
         low, high = _limits(meta["sh0"], 4)
@@ -301,7 +301,7 @@ def _higher(
     return k + 1, lambda rows: low + (high - low) * (palette[labels[rows]] / 255.0)
 
 
-def _looked_up(book: Floats, pixels: Bytes) -> Column:
+def _look_up(book: Floats, pixels: Bytes) -> Column:
     return lambda rows: book[pixels[rows]]
 
 

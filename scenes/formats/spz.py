@@ -45,7 +45,7 @@ from scenes.splats import SplatCloud
 COLOUR_SCALE = 0.15
 FRACTIONAL_BITS = 12
 ZSTD_LEVEL = 9
-LONGEST_XYZ = 1.02
+MAX_XYZ = 1.02
 """Norm of a version 2 rotation's x, y, z: 1 and the rounding of three bytes."""
 
 
@@ -86,7 +86,7 @@ def write_spz_blocks(path: Path, splats: SplatBlocks) -> int:
     """As `write_spz`, with one block in memory at a time and attributes set aside on disk."""
     if splats.count > MAX_SPLATS:
         raise refusal(path, "", f"{splats.count} splats, limit {MAX_SPLATS}", "write a PLY instead")
-    return write_file(path, _packed(path, splats))
+    return write_file(path, _pack(path, splats))
 
 
 @damaged_values_are_quiet
@@ -115,7 +115,7 @@ def _decode_rotations(file: SpzFile, packed: NDArray[np.uint8]) -> NDArray[np.fl
     if file.version == 2:
         xyz = packed.reshape(-1, 3) / 127.5 - 1.0
         squares = np.sum(xyz * xyz, axis=1, keepdims=True)
-        squares[squares > LONGEST_XYZ**2] = np.nan
+        squares[squares > MAX_XYZ**2] = np.nan
         w = np.sqrt(np.maximum(0.0, 1.0 - squares))
         return np.concatenate([w, xyz], axis=1).astype(np.float32)
     words = packed.reshape(-1, 4).view("<u4")
@@ -127,7 +127,7 @@ def _decode_rotations(file: SpzFile, packed: NDArray[np.uint8]) -> NDArray[np.fl
     return np.roll(xyzw, 1, axis=1)
 
 
-def _packed(path: Path, splats: SplatBlocks) -> Iterator[bytes]:
+def _pack(path: Path, splats: SplatBlocks) -> Iterator[bytes]:
     """The file in order, once all blocks have been packed and set aside."""
     file = SpzFile(path, 4, splats.count, splats.sh_degree, FRACTIONAL_BITS, 0)
     widths = [width for width in file.widths() if width * splats.count]

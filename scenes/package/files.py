@@ -12,7 +12,8 @@ from typing import Any
 from scenes.formats.storage.atomic import write_file
 
 MAX_JSON_BYTES = 64 * 2**20
-LARGEST = 1e6
+"""Limit of a JSON file that is read."""
+MAX_NUMBER = 1e6
 """No number in a package is larger: rooms are measured in metres."""
 
 
@@ -124,8 +125,8 @@ def write_items(path: Path, items: Sequence[Mapping[str, Any]]) -> None:
     write_json(path, {"items": list(items)})
 
 
-def numbers(values: object, count: int, what: str, *, least: float = -LARGEST) -> list[float]:
-    """`count` numbers out of a JSON file, from `least` to `LARGEST`.
+def numbers(values: object, count: int, what: str, *, least: float = -MAX_NUMBER) -> list[float]:
+    """`count` numbers out of a JSON file, from `least` to `MAX_NUMBER`.
 
     Raises:
         ValueError: names `what`, the values and what there should be.
@@ -136,11 +137,11 @@ def numbers(values: object, count: int, what: str, *, least: float = -LARGEST) -
         for value in found
         if isinstance(value, int | float)
         and not isinstance(value, bool)
-        and least <= value <= LARGEST
+        and least <= value <= MAX_NUMBER
     ]
     if len(fit) != count or len(found) != count:
         raise ValueError(
-            f"{what} {values!r:.80}: wanted {count} numbers from {least:g} to {LARGEST:g}"
+            f"{what} {values!r:.80}: wanted {count} numbers from {least:g} to {MAX_NUMBER:g}"
         )
     return fit
 

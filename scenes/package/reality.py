@@ -1,4 +1,4 @@
-"""What stands for the real room in rehearsals of a scan: another reconstruction, kept with it.
+"""Second reconstruction kept with a scan: the real room of its rehearsals.
 
 Its splats are only named when a package is opened: trackers and viewers never read them.
 """
@@ -88,7 +88,7 @@ def write_reality(folder: Path, reality: Reality) -> None:
 
 
 def reality_of(folder: Path) -> Reality:
-    """What a package's folder says of its second reconstruction.
+    """Read a package's record of its second reconstruction.
 
     Raises:
         PackageError, KeyError, TypeError, ValueError: a field is missing or wrong.

@@ -17,10 +17,10 @@ from scenes.state import ObjectModel
 
 OBJECT_ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
 """An object's id is the name of its file."""
-LEAST_MASS_KG = 1e-6
-LEAST_HALF_SIZE_M = 1e-6
+MIN_MASS_KG = 1e-6
+MIN_HALF_SIZE_M = 1e-6
 """Physics takes no body without mass and no box without volume."""
-MOST_PARTS = 1000
+MAX_PARTS = 1000
 """Of one object; more are a damaged file."""
 
 
@@ -35,7 +35,7 @@ class Stage:
 
 @dataclass(frozen=True, slots=True)
 class ViewPoint:
-    """Where the room was photographed from; the photo itself is not kept.
+    """Camera and pose of a photo of the room; the photo itself is not kept.
 
     Attributes:
         name: of the photo.
@@ -82,7 +82,7 @@ def object_from_json(values: Mapping[str, Any], splats: SplatCloud) -> ObjectMod
         parts=tuple(part_from_json(part) for part in _list(values.get("parts", []), "parts")),
         guessed_mass_kg=None
         if mass is None
-        else numbers([mass], 1, "guessed_mass_kg", least=LEAST_MASS_KG)[0],
+        else numbers([mass], 1, "guessed_mass_kg", least=MIN_MASS_KG)[0],
     )
 
 
@@ -96,15 +96,15 @@ def part_to_json(part: BoxPart) -> dict[str, Any]:
 
 def part_from_json(values: Mapping[str, Any]) -> BoxPart:
     """Inverse of `part_to_json`; raises as `object_from_json`."""
-    x, y, z = numbers(values["half_size_m"], 3, "half_size_m", least=LEAST_HALF_SIZE_M)
+    x, y, z = numbers(values["half_size_m"], 3, "half_size_m", least=MIN_HALF_SIZE_M)
     return BoxPart(pose_from_json(values["object_from_box"]), (x, y, z))
 
 
 def _list(values: object, what: str) -> list[Mapping[str, Any]]:
     if not isinstance(values, list) or not all(isinstance(item, dict) for item in values):
         raise ValueError(f"{what}: {values!r}, wanted a list of objects")
-    if len(values) > MOST_PARTS:
-        raise ValueError(f"{what}: {len(values)}, wanted at most {MOST_PARTS}")
+    if len(values) > MAX_PARTS:
+        raise ValueError(f"{what}: {len(values)}, wanted at most {MAX_PARTS}")
     return values
 
 

@@ -1,11 +1,11 @@
-"""Which cell of space each of many points lies in, without sorting their coordinates by rows."""
+"""Cells of space that many points lie in, without sorting their coordinates by rows."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-MOST_CELLS = 2**62
+MAX_CELLS = 2**62
 """Cells of the box around all points that a number can count; more are distinguished by rows."""
 
 
@@ -26,7 +26,7 @@ def cells_of(
         return cells, np.zeros(0, dtype=np.intp)
     low = cells.min(axis=0)
     across = [int(count) for count in cells.max(axis=0) - low + 1]
-    if across[0] * across[1] * across[2] > MOST_CELLS:
+    if across[0] * across[1] * across[2] > MAX_CELLS:
         places, cell = np.unique(cells, axis=0, return_inverse=True)
         return places, cell.ravel()
     x, y, z = (cells - low).T

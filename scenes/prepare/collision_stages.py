@@ -19,6 +19,7 @@ from scenes.prepare.train.trainer import TrainingResult
 from scenes.render.native import NativeRenderer
 
 COLLISION_VIEWS = 60
+"""Views that depth is drawn from, evenly out of all."""
 COLLISION_FILE, REGISTRATION_FILE = "room.glb", "registration.txt"
 
 

@@ -17,15 +17,22 @@ from scenes.pose import Pose
 from scenes.prepare.progress import Progress, silent
 
 ICP_POINTS = 40_000
+"""Points of each surface in the last registration."""
 ICP_REACHES_M = (0.30, 0.10, 0.04)
-LEAST_OVERLAP = 0.2
+"""Distances within which points are matched, from one fit to the next, metres."""
+MIN_OVERLAP = 0.2
+"""Share of the mesh that has to find a partner."""
 
 SEARCH_POINTS = 1_500
+"""Points of each surface in the search."""
 COMPARED_POINTS = 20_000
+"""Points by which the results of the search are compared."""
 THINNED = 20
 """Of the compared points of another placement, every twentieth decides whether it is the same."""
 SEARCH_REACHES_M = (0.6, 0.25)
+"""Distances within which points are matched in the search, metres."""
 SEARCH_STEP_DEG = 20.0
+"""Yaws between the starts of the search, degrees."""
 AGREE_M = 0.10
 """A point of one surface this near to the other agrees with it: what splats leave of a wall is
 rough by some centimetres."""
@@ -97,13 +104,13 @@ def place_mesh(
             raise ValueError(f"{what} has no triangles, so neither can be laid on the other")
     tries = sorted(_placements(mesh, room, progress), key=lambda place: -place.explained)
     best = tries[0]
-    if best.explained < LEAST_OVERLAP:
+    if best.explained < MIN_OVERLAP:
         raise _foreign(best.explained, "the room's surfaces lie on the headset's mesh")
     _require_lead(best, tries[1:])
     chosen = mirrored(mesh) if best.is_mirrored else mesh
     # A room that few photos show is small beside the mesh, which then need not lie on much of it.
-    least = LEAST_OVERLAP if best.explained < ENOUGH_EXPLAINED else 0.0
-    registration = register_mesh(chosen, room, best.world_from_mesh, least_overlap=least)
+    least = MIN_OVERLAP if best.explained < ENOUGH_EXPLAINED else 0.0
+    registration = register_mesh(chosen, room, best.world_from_mesh, min_overlap=least)
     registration = replace(registration, is_mirrored=best.is_mirrored)
     vertices = registration.world_from_mesh @ chosen.vertices.astype(np.float64)
     return CollisionMesh(vertices.astype(np.float32), chosen.faces), registration
@@ -164,7 +171,7 @@ def register_mesh(
     room: CollisionMesh,
     world_from_guess: Pose,
     *,
-    least_overlap: float = LEAST_OVERLAP,
+    min_overlap: float = MIN_OVERLAP,
 ) -> Registration:
     """Fit a headset's mesh to the room's by point-to-plane ICP from a first guess.
 
@@ -172,7 +179,7 @@ def register_mesh(
         mesh: the headset's, in its own frame, metres.
         room: the room's, world.
         world_from_guess: roughly the mesh's pose, within some 30 cm and 10°: from the shared code.
-        least_overlap: share of the mesh that must find a partner.
+        min_overlap: share of the mesh that must find a partner.
 
     Raises:
         ValueError: less of it does.
@@ -180,7 +187,7 @@ def register_mesh(
     fit = _fit(
         _as_points(mesh, ICP_POINTS), _as_points(room, ICP_POINTS), world_from_guess, ICP_REACHES_M
     )
-    if fit.fitness < least_overlap:
+    if fit.fitness < min_overlap:
         raise _foreign(fit.fitness, "the headset's mesh lies on the room's surfaces")
     return Registration(
         Pose.from_matrix(fit.transformation), float(fit.inlier_rmse), float(fit.fitness)
@@ -189,7 +196,7 @@ def register_mesh(
 
 def _foreign(share: float, what: str) -> ValueError:
     return ValueError(
-        f"only {share:.0%} of {what}, wanted {LEAST_OVERLAP:.0%}; is it a mesh of this room, in "
+        f"only {share:.0%} of {what}, wanted {MIN_OVERLAP:.0%}; is it a mesh of this room, in "
         "metres, and is the room's own scale measured (by a code or a length)?"
     )
 

@@ -106,11 +106,16 @@ class PrepareOptions:
             raise ValueError(
                 f"trainer {self.trainer!r}: there is none; wanted {BUILT_IN}, {', '.join(PROGRAMS)}"
             )
-        wrong = next((words for is_wrong, words in self._contradictions() if is_wrong), None)
+        contradictions = (
+            *self._contradictions_of_training(),
+            *self._contradictions_of_scale(),
+            *self._contradictions_of_pictures(),
+        )
+        wrong = next((words for is_wrong, words in contradictions if is_wrong), None)
         if wrong is not None:
             raise ValueError(wrong)
 
-    def _contradictions(self) -> tuple[tuple[bool, str], ...]:
+    def _contradictions_of_training(self) -> tuple[tuple[bool, str], ...]:
         external = self.trainer != BUILT_IN
         return (
             (
@@ -137,6 +142,10 @@ class PrepareOptions:
                 self.program is not None and not external,
                 "a program to train with, and no trainer that it belongs to",
             ),
+        )
+
+    def _contradictions_of_scale(self) -> tuple[tuple[bool, str], ...]:
+        return (
             (
                 self.metric_poses and self.poses is None,
                 "poses are said to be in metres, and none are given",
@@ -166,6 +175,10 @@ class PrepareOptions:
                 bool(self.known_codes) and self.sides_m is None,
                 "codes with known places need their printed size too",
             ),
+        )
+
+    def _contradictions_of_pictures(self) -> tuple[tuple[bool, str], ...]:
+        return (
             (
                 self.capture.rig is not None and self.poses is not None,
                 "a 360° video's lenses, and poses of other pictures: give one of both",

@@ -24,19 +24,21 @@ from scenes.prepare.train.training_photos import Photos
 LOOKING_AHEAD = 0.75
 """Cosine between a photo's axis and the way to the next, from which stereo sees nothing."""
 PICTURE_PX = 320
+"""Longest side of the pictures, px."""
 DEPTH_TOLERANCE = 0.02
 """Relative difference of distances up to which two photos agree."""
 
 SKY_REACH = 6.0
 """How far away the dome is, in distances of the farthest sparse points."""
 SKY_CELL_DEG = 2.0
+"""Angle between points of the sky, degrees."""
 SKY_BLUE = 1.12
 """Sky has so much more blue than red."""
 OUTDOORS_M = 15.0
-"""Who sees no farther is in a room, and its blue walls are no sky."""
+"""Distance seen, metres, below which pictures are of a room: its blue walls are no sky."""
 CLOUD_GREY = 140
 """Each channel of a cloud is brighter (0..255)."""
-LEAST_SKY = 0.03
+MIN_SKY_SHARE = 0.03
 """Less of all pictures than this is no sky."""
 
 FloatArray = NDArray[np.float64]
@@ -136,7 +138,7 @@ def _skies(looks: Sequence[Look], points: FloatArray) -> list[NDArray[np.bool_]]
     skies = [_sky_of(look) for look in looks]
     shown = sum(int(sky.sum()) for sky in skies)
     is_outdoors = _farthest(looks, points)[1] >= OUTDOORS_M
-    if is_outdoors and shown >= LEAST_SKY * sum(sky.size for sky in skies):
+    if is_outdoors and shown >= MIN_SKY_SHARE * sum(sky.size for sky in skies):
         return skies
     return [np.zeros_like(sky) for sky in skies]
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.frames import look_at
-from scenes.mesh import QrCode
+from scenes.mesh import CollisionMesh, QrCode
 from scenes.package import ScenePackage, save_package
 from scenes.package.records import Stage, ViewPoint, code_to_json
 from scenes.pose import Pose
@@ -38,6 +38,7 @@ from scenes.prepare.train.trainer import PRESETS, TrainingResult
 from scenes.render.native import NativeRenderer
 
 RIG_HEIGHT_M = 1.3
+"""Height of the 360° camera over the floor's middle until one is placed, metres."""
 FOOTPRINT_SHARE = 0.02
 """Of the sparse points, left out at each side when the room's extent is found."""
 TRAINING = "training"
@@ -102,12 +103,12 @@ def prepare(
         capture, reconstruction, sfm = _photos_with_given_poses(
             source, options.poses, work, options
         )
-    alignment = _aligned(reconstruction, work, options)
+    alignment = _align(reconstruction, work, options)
     metric = apply_alignment(reconstruction, alignment)
     if options.splats is None:
-        training = _trained(_with_outdoor_points(metric, work, options), work, options)
+        training = _train(_add_outdoor_points(metric, work, options), work, options)
     else:
-        training = _imported(options.splats, reconstruction, alignment, work, options, renderer)
+        training = _import(options.splats, reconstruction, alignment, work, options, renderer)
     mesh = None
     if options.collision:
         mesh = collision_mesh(training, metric, work, options, renderer)
@@ -117,9 +118,25 @@ def prepare(
         metric, alignment = stretch.moved_reconstruction(metric), stretch.moved_alignment(alignment)
         training = replace(training, cloud=stretch.moved_cloud(training.cloud))
         mesh = None if mesh is None else stretch.moved_mesh(mesh)
+    package = _package(target.stem, training, metric, alignment, mesh, work)
+    floaters = 0
+    if not options.keep_floaters:
+        package, floaters = remove_floaters(package)
+    save_package(package, target)
+    return Prepared(package, capture, sfm, metric, alignment, training, floaters, stretch)
+
+
+def _package(
+    name: str,
+    training: TrainingResult,
+    metric: Reconstruction,
+    alignment: Alignment,
+    mesh: CollisionMesh | None,
+    work: WorkFolder,
+) -> ScenePackage:
     footprint = _footprint(metric)
-    package = ScenePackage(
-        name=target.stem,
+    return ScenePackage(
+        name=name,
         room=training.cloud,
         objects=(),
         codes=tuple(QrCode(a.payload, a.side_m, a.world_from_code) for a in alignment.anchors),
@@ -132,11 +149,6 @@ def prepare(
         ),
         collision=mesh,
     )
-    floaters = 0
-    if not options.keep_floaters:
-        package, floaters = remove_floaters(package)
-    save_package(package, target)
-    return Prepared(package, capture, sfm, metric, alignment, training, floaters, stretch)
 
 
 def _photos_with_poses(
@@ -187,9 +199,7 @@ def _photos_with_given_poses(
     return as_capture(reconstruction, pictures), reconstruction, report
 
 
-def _aligned(
-    reconstruction: Reconstruction, work: WorkFolder, options: PrepareOptions
-) -> Alignment:
+def _align(reconstruction: Reconstruction, work: WorkFolder, options: PrepareOptions) -> Alignment:
     def make(folder: Path, progress: Progress) -> Alignment:
         alignment = metric_alignment(reconstruction, options, progress)
         save_alignment(alignment, folder)
@@ -218,7 +228,7 @@ def _object_key(known: KnownObject | None) -> dict[str, Any]:
     return {"object": [known.points_m.tolist(), dict(known.boxes_px)]}
 
 
-def _with_outdoor_points(
+def _add_outdoor_points(
     metric: Reconstruction, work: WorkFolder, options: PrepareOptions
 ) -> Reconstruction:
     """Only what is trained sees them: scale, floor and footprint rest on the sparse points."""
@@ -248,7 +258,7 @@ def _with_outdoor_points(
     )
 
 
-def _trained(metric: Reconstruction, work: WorkFolder, options: PrepareOptions) -> TrainingResult:
+def _train(metric: Reconstruction, work: WorkFolder, options: PrepareOptions) -> TrainingResult:
     def make(folder: Path, progress: Progress) -> TrainingResult:
         trainer = trainer_of(options, work.seconds)
         result = train_room(metric, folder, trainer=trainer, progress=progress)
@@ -271,7 +281,7 @@ def _trained(metric: Reconstruction, work: WorkFolder, options: PrepareOptions) 
     )
 
 
-def _imported(
+def _import(
     file: Path,
     reconstruction: Reconstruction,
     alignment: Alignment,

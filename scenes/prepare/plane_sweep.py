@@ -23,17 +23,19 @@ from scenes.prepare.reconstruction import Reconstruction, View
 from scenes.prepare.train.training_photos import read_photo
 
 PARTNERS = 4
+"""Photos that each is compared with."""
 ON_THE_WAY = 5
 """Photos that give the direction of walking, the one in question among them."""
-LEAST_ANGLE_DEG, BEST_ANGLE_DEG = 0.5, 6.0
-MOST_LARGER = 1.6
-"""What another photo shows larger or smaller by more looks different there."""
+MIN_ANGLE_DEG, BEST_ANGLE_DEG = 0.5, 6.0
+MAX_SIZE_RATIO = 1.6
+"""Ratio of sizes in two photos beyond which a surface looks different in them."""
 WINDOW = (7, 7)
 """Pixels that are compared around each."""
-LEAST_CORRELATION = 0.8
-LEAST_CONTRAST = 3.0
+MIN_CORRELATION = 0.8
+"""Correlation of windows from which on they show the same place."""
+MIN_CONTRAST = 3.0
 """Grey levels of standard deviation below which a window shows nothing to compare."""
-FEWEST_POINTS = 10
+MIN_POINTS = 10
 """Sparse points of which fewer say nothing about where planes may be."""
 
 FloatArray = NDArray[np.float64]
@@ -56,9 +58,11 @@ class _Family:
 
 
 ACROSS = _Family(64, (0.02, 0.98), (0.5, 2.0))
+"""Planes across the view."""
 LEVEL = _Family(32, (0.9, 0.9), (0.5, 1.7))
 """Most of what lies far below a camera is what it stands on."""
 BESIDE = _Family(40, (0.2, 0.98), (0.7, 1.2))
+"""Upright planes at the sides."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -102,7 +106,7 @@ def looks_of(metric: Reconstruction, views: Sequence[View], longest_px: int) -> 
             continue
         in_camera = view.world_from_camera.inverse() @ metric.points
         _, is_seen = view.camera.project(in_camera)
-        if is_seen.sum() < FEWEST_POINTS:
+        if is_seen.sum() < MIN_POINTS:
             continue
         photo = read_photo(view, longest_px)
         assert isinstance(photo.camera, Pinhole)
@@ -138,7 +142,7 @@ def partners_of(looks: Sequence[Look], points: FloatArray) -> list[list[int]]:
         larger = np.maximum(distance / distance[number], distance[number] / distance)
         # What is seen under a small angle has no distance, under a large one another look.
         gain_of = np.minimum(angle / BEST_ANGLE_DEG, BEST_ANGLE_DEG / np.maximum(angle, 1e-6))
-        useful = seen & seen[number] & (angle > LEAST_ANGLE_DEG) & (larger < MOST_LARGER)
+        useful = seen & seen[number] & (angle > MIN_ANGLE_DEG) & (larger < MAX_SIZE_RATIO)
         gain_of = np.where(useful, gain_of, 0.0)
         gain_of[number] = 0.0
         chosen.append(_covering(gain_of))
@@ -172,7 +176,7 @@ def swept(look: Look, others: Sequence[Look], way: FloatArray) -> GreyPicture:
         found, score = _swept_along(look, others, normal, family)
         better = score > correlation
         inverse[better], correlation[better] = found[better], score[better]
-    return np.where(correlation >= LEAST_CORRELATION, inverse, 0).astype(np.float32)
+    return np.where(correlation >= MIN_CORRELATION, inverse, 0).astype(np.float32)
 
 
 def _families(look: Look, way: FloatArray) -> list[tuple[FloatArray, _Family]]:
@@ -194,7 +198,7 @@ def _swept_along(
     nothing = np.zeros_like(look.grey)
     away = look.known @ normal
     away = away[away > 0]
-    if not others or len(away) < FEWEST_POINTS:
+    if not others or len(away) < MIN_POINTS:
         return nothing, nothing
     low, high = np.quantile(away, family.quantiles) * family.shares
     tried = np.linspace(1 / high, 1 / low, family.count)
@@ -211,7 +215,7 @@ def _swept_along(
             # Hidden in some of the partners, a place is seen in the one that it looks like.
             np.maximum(score[number], np.where(in_range, found, 0), out=score[number])
     best = score.argmax(axis=0)
-    inner = (best > 0) & (best < family.count - 1) & (deviation >= LEAST_CONTRAST)
+    inner = (best > 0) & (best < family.count - 1) & (deviation >= MIN_CONTRAST)
     best = best.clip(1, family.count - 2)
     before, there, after = (
         np.take_along_axis(score, best[None] + step, axis=0)[0] for step in (-1, 0, 1)

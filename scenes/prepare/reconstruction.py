@@ -1,4 +1,4 @@
-"""What structure from motion leaves: photos with cameras and poses, and a sparse coloured cloud."""
+"""Reconstruction by structure from motion: photos with cameras and poses, and sparse points."""
 
 from __future__ import annotations
 

@@ -44,7 +44,7 @@ PREVIEWS = "previews"
 
 
 def trainer_of(options: PrepareOptions, stopwatch: Stopwatch) -> Trainer:
-    """What trains: the built-in trainer, or the program that was asked for."""
+    """Return the built-in trainer, or the program that was asked for."""
     preset, program = PRESETS[options.quality], options.program
     if options.steps is not None:
         preset = replace(preset, iterations=options.steps)

@@ -51,7 +51,7 @@ def save_reconstruction(reconstruction: Reconstruction, folder: Path) -> None:
 
 
 def load_reconstruction(folder: Path) -> Reconstruction:
-    """What `save_reconstruction` wrote, to the same bits.
+    """Read the reconstruction that `save_reconstruction` wrote, to the same bits.
 
     Raises:
         ValueError: a file is missing, damaged, or not of this kind.

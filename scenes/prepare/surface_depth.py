@@ -17,13 +17,14 @@ from scenes.render.native import NativeRenderer
 from scenes.render.renderer import PosedSplats
 from scenes.splats import SH_C0, SplatCloud
 
-LEAST_ALPHA = 0.9
+MIN_ALPHA = 0.9
+"""Opacity of a pixel from which on its depth is of a surface."""
 STEEPEST = 0.04
 """Relative change of depth per pixel from which on a pixel lies on an edge: a mean of front and
 back."""
-LEAST_SLANT = 0.15
+MIN_COSINE = 0.15
 """Cosine between ray and normal below which the cut is too uncertain."""
-LEAST_AGREEMENT = 0.6
+MIN_NORMAL_LENGTH = 0.6
 """Length of the mean normal below which the splats agree on none."""
 
 
@@ -58,13 +59,13 @@ def surface_depth(
     rays = camera.unproject(pixel_centres(camera))
     rays = rays / rays[:, 2:3]
     slant = (rays * turned).sum(axis=1)
-    usable = (np.linalg.norm(normals, axis=1) > LEAST_AGREEMENT) & (
-        -slant > LEAST_SLANT * np.linalg.norm(rays, axis=1)
+    usable = (np.linalg.norm(normals, axis=1) > MIN_NORMAL_LENGTH) & (
+        -slant > MIN_COSINE * np.linalg.norm(rays, axis=1)
     )
     depth = in_camera[:, 2].copy()
     depth[usable] = (in_camera * turned).sum(axis=1)[usable] / slant[usable]
     depth = depth.reshape(alpha.shape)
-    sure = (alpha > LEAST_ALPHA) & np.isfinite(depth) & (depth > 0) & ~_on_edge(depth)
+    sure = (alpha > MIN_ALPHA) & np.isfinite(depth) & (depth > 0) & ~_on_edge(depth)
     return np.ascontiguousarray(np.where(sure, depth, 0.0), dtype=np.float32)
 
 

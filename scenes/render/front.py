@@ -1,4 +1,4 @@
-"""Which body is in front: how much of each pixel one object makes up, and how far it is there.
+"""Foremost body by pixel: how much of each pixel one object makes up, and its depth there.
 
 `Rendering.ids` names the object of the single heaviest splat of a pixel, which flickers where many
 faint splats make up a surface. Here all splats of an object count together.
@@ -70,7 +70,7 @@ def front_of(
     world_from_camera: Pose,
     options: RenderOptions | None = None,
 ) -> Front:
-    """What `objects[index]` contributes to the picture of all; costs about one picture.
+    """Contribution of `objects[index]` to the picture of all; costs about one picture.
 
     Outside `options.region` and `options.tile_mask` everything is 0.
 

@@ -159,13 +159,13 @@ def checked_picture_gradients(
         ValueError: an array has the wrong shape or dtype or a value that is not finite.
     """
     return (
-        _checked("d_rgb", d_rgb, (*shape, 3)),
-        _checked("d_alpha", d_alpha, shape),
-        _checked("d_depth", d_depth, shape),
+        _check("d_rgb", d_rgb, (*shape, 3)),
+        _check("d_alpha", d_alpha, shape),
+        _check("d_depth", d_depth, shape),
     )
 
 
-def _checked(
+def _check(
     name: str, values: NDArray[np.float32] | None, shape: tuple[int, ...]
 ) -> NDArray[np.float32]:
     if values is None:

@@ -102,8 +102,8 @@ class NativeRenderer:
             ValueError: names the argument, what it got and what it wants.
         """
         options = options or RenderOptions()
-        clouds = self._checked(objects, camera, options)
-        return self._drawn(clouds, objects, camera, world_from_camera, draw_of(options))
+        clouds = self._check(objects, camera, options)
+        return self._draw(clouds, objects, camera, world_from_camera, draw_of(options))
 
     def reach(
         self,
@@ -118,7 +118,7 @@ class NativeRenderer:
             ValueError: as `render`.
         """
         options = options or RenderOptions()
-        clouds = self._checked(objects, camera, options)
+        clouds = self._check(objects, camera, options)
         found = self._engine.reach(
             clouds,
             _camera_from_objects(objects, world_from_camera),
@@ -142,10 +142,10 @@ class NativeRenderer:
 
         `rgb` holds the object's blend weight, its weighted depth and that of all others.
         """
-        clouds = self._checked(objects, camera, options)
+        clouds = self._check(objects, camera, options)
         options = replace(options, background=(0.0, 0.0, 0.0), sh_degree=0)
         draw = draw_of(options, marked=index)
-        return self._drawn(clouds, objects, camera, world_from_camera, draw)
+        return self._draw(clouds, objects, camera, world_from_camera, draw)
 
     def record(
         self,
@@ -155,7 +155,7 @@ class NativeRenderer:
         options: RenderOptions,
     ) -> tuple[Rendering, Tape]:
         """Draw and remember how: the part of `scenes.render.gradients.record` that is native."""
-        clouds = self._checked(objects, camera, options)
+        clouds = self._check(objects, camera, options)
         refuse_exact(options, "gradients are those of EWA")
         flat, tape = self._differentiator.record(
             clouds,
@@ -188,7 +188,7 @@ class NativeRenderer:
         Kernels draw it that compare it with a picture (`tracking.likelihood.patch_fit`).
         """
         refuse_parts(options, "what is compared is drawn whole")
-        (prepared,) = self._checked([PosedSplats(cloud, Pose.identity())], camera, options)
+        (prepared,) = self._check([PosedSplats(cloud, Pose.identity())], camera, options)
         camera_from_world = world_from_camera.inverse()
         rows = np.hstack([camera_from_world.rotation, camera_from_world.translation[:, None]])
         return self._alone(
@@ -199,7 +199,7 @@ class NativeRenderer:
             draw=draw_of(options),
         )
 
-    def _checked(
+    def _check(
         self,
         objects: Sequence[PosedSplats],
         camera: Pinhole | Fisheye,
@@ -217,7 +217,7 @@ class NativeRenderer:
         check_view(camera, options)
         return clouds
 
-    def _drawn(
+    def _draw(
         self,
         clouds: list[_native.PreparedCloud],
         objects: Sequence[PosedSplats],
@@ -274,7 +274,7 @@ class NativeRenderer:
         options: RenderOptions,
     ) -> NDArray[np.bool_]:
         """Draw into `picture` what changed; returns a flag per tile of 16 × 16 pixels, flat."""
-        clouds = self._checked(objects, camera, options)
+        clouds = self._check(objects, camera, options)
         poses = _camera_from_objects(objects, world_from_camera)
         return picture.update(self._engine, clouds, poses, threads=options.threads)
 

@@ -23,9 +23,10 @@ PictureArrays = tuple[
 ]
 """Flat rgb, alpha, depth and ids."""
 
-MOST_BYTES = 256_000_000
+MAX_BYTES = 256_000_000
 """Kept for later pictures; those of the size used longest ago go first."""
 BYTES_PER_PIXEL = 24
+"""Bytes of a pixel in all pictures of a rendering."""
 
 SMALL_BITS = 17
 """Pictures of up to two to the power of this many pixels are small."""
@@ -59,7 +60,7 @@ class PictureMemory:
             self._kept.setdefault(room, []).append(owners)
             self._kept.move_to_end(room)
             self._bytes += BYTES_PER_PIXEL * room
-            while self._bytes > MOST_BYTES:
+            while self._bytes > MAX_BYTES:
                 oldest = next(iter(self._kept))
                 if self._kept[oldest]:
                     self._kept[oldest].pop(0)
@@ -113,7 +114,7 @@ def _holders(arrays: PictureArrays) -> int:
 
 
 def _references_of_idle_arrays() -> int:
-    """What `_holders` says of arrays that only a list holds, on this interpreter."""
+    """Count that `_holders` gives for arrays that only a list holds, on this interpreter."""
     kept = [_fresh(1)]
     return _holders(kept[0])
 

@@ -18,10 +18,10 @@ from scenes.zcurve import z_order
 
 Points = NDArray[np.float64]
 
-MOST_OPAQUE = 0.999
+MAX_OPACITY = 0.999
 """Opacity of a merged splat at most: what a scan's training allows."""
 
-LEAST_SCALE = 1e-3
+MIN_SCALE = 1e-3
 """Thinnest side of a merged splat, in cells: keeps its covariance invertible."""
 
 
@@ -48,7 +48,7 @@ def merged(cloud: SplatCloud, cell_m: float) -> SplatCloud:
     spread = cloud.covariances() + apart[:, :, None] * apart[:, None, :]
     covariances = _sums(weight[:, None, None] * spread, group, count)
     variances, axes = np.linalg.eigh(covariances)
-    scales = np.sqrt(np.maximum(variances, (LEAST_SCALE * cell_m) ** 2))
+    scales = np.sqrt(np.maximum(variances, (MIN_SCALE * cell_m) ** 2))
     axes[np.linalg.det(axes) < 0.0, :, 0] *= -1.0
     opacities = _sums(covered, group, count) / _area(scales)
     sh = _sums(weight[:, None, None] * cloud.sh.astype(np.float64), group, count)
@@ -56,7 +56,7 @@ def merged(cloud: SplatCloud, cell_m: float) -> SplatCloud:
         centres.astype(np.float32),
         scales.astype(np.float32),
         Rotation.from_matrix(axes).as_quat(scalar_first=True).astype(np.float32),
-        np.minimum(opacities, MOST_OPAQUE).astype(np.float32),
+        np.minimum(opacities, MAX_OPACITY).astype(np.float32),
         sh.astype(np.float32),
     )
 

@@ -34,9 +34,10 @@ ALPHA_MIN = 1.0 / 255.0
 TRANSMITTANCE_STOP = 1e-4
 LOW_PASS_PX2 = 0.3
 WIDE_RAD = math.radians(2.0)
-"""Where EWA's error, 0.033 of alpha, begins to show: the value for `exact_above_rad` where what is
-near must be right. It is not the default for what it costs: 1.1 times EWA's time through a pinhole
-in the midst of a room, 1.7 times through the two lenses of a 360° camera (docs/benchmarks.md)."""
+"""Angle from which on EWA's error, 0.033 of alpha, shows: a value for `exact_above_rad` if near
+splats must be right. It is not the default for what it costs: 1.1 times EWA's time through a
+pinhole in the midst of a room, 1.7 times through the two lenses of a 360° camera
+(docs/benchmarks.md)."""
 TILE_PX = 16
 """Side of the squares a picture is drawn in."""
 
@@ -56,7 +57,7 @@ class PosedSplats:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RenderOptions:
-    """What to draw.
+    """Options of a rendering.
 
     Pixels inside `region` and `tile_mask` are those of the whole picture to the bit; all others
     show the background, with alpha 0, depth 0 and id -1. Both at once: where both allow it.

@@ -1,5 +1,5 @@
 # pyright: standard
-"""What every renderer refuses, and in which words."""
+"""Checks of every renderer's arguments, and their messages."""
 
 from __future__ import annotations
 
@@ -13,7 +13,9 @@ from scenes.render.renderer import PosedSplats, RenderOptions, tiles_of
 from scenes.splats import SH_COUNTS, SplatCloud
 
 MAX_THREADS = 256
+"""Threads of a rendering."""
 MAX_SIDE_PX = 32_768
+"""Sides of a picture, px."""
 MAX_BACKGROUND = 1e15
 """Gradients are products of colours, which must stay within float32."""
 FOCAL_PX = (1e-3, 1e7)
@@ -185,7 +187,7 @@ def refuse_exact(options: RenderOptions, reason: str) -> None:
 
 
 def described(value: object) -> str:
-    """What an argument is, for messages: dtype and shape, or its type."""
+    """Describe an argument for messages: dtype and shape, or its type."""
     if isinstance(value, np.ndarray):
         return f"{value.dtype} {value.shape}"
     return type(value).__name__

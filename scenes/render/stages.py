@@ -64,7 +64,7 @@ class Stages:
         self._probe.blend(instructions)
 
     def count_lanes(self, instructions: str) -> LaneCount:
-        """What `blend` goes through; "scalar", which has no lanes, counts as eight pixels wide.
+        """Count the lanes that `blend` goes through; "scalar" counts as eight pixels wide.
 
         Raises:
             ValueError: this machine does not have those instructions.

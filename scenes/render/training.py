@@ -34,7 +34,7 @@ Arrays = tuple[
 
 @dataclass(frozen=True, slots=True)
 class Exposure:
-    """What a photo shows of colours drawn: gain · falloff · colour + bias.
+    """Exposure of a photo: gain · falloff · colour + bias.
 
     Attributes:
         gain: per channel.
@@ -80,7 +80,7 @@ class Distance:
 
     @property
     def loss(self) -> float:
-        """What training makes small."""
+        """Value that training makes small."""
         return (1 - SSIM_SHARE) * self.l1 + SSIM_SHARE * self.dssim
 
 

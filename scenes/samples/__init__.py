@@ -27,7 +27,7 @@ def sample_room(name: str) -> PhysicalRoom:
 
 
 def unlit_room(name: str) -> UnlitRoom:
-    """What never moves in a built-in room, before there is light.
+    """Return the fixed part of a built-in room, before there is light.
 
     Raises:
         ValueError: no such room; the message lists those there are.

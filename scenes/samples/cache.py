@@ -22,16 +22,16 @@ import platformdirs
 from scenes.formats.storage.atomic import write_whole
 from scenes.mesh import BoxPart, QrCode, TexturedMesh
 from scenes.pose import Pose
-from scenes.samples.atlas import mesh_from_surfaces
 from scenes.samples.light import UnlitRoom, lit, texels_of
 from scenes.samples.light_file import DATA, load_light
+from scenes.samples.pictures.atlas import mesh_from_surfaces
 
 log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StaticPart:
-    """What never moves in a room: one lit mesh, the boxes that stop objects, the printed codes."""
+    """Fixed part of a room: one lit mesh, the boxes that stop objects, the printed codes."""
 
     mesh: TexturedMesh
     solids: tuple[BoxPart, ...]
@@ -131,6 +131,8 @@ def load(path: Path) -> StaticPart:
 def _sources_hash() -> str:
     """Changes with this package's code and light, and with the libraries that draw."""
     digest = hashlib.sha256(f"{np.__version__} {cv2.__version__}".encode())
-    for source in sorted([*Path(__file__).parent.glob("*.py"), *DATA.glob("*.npz")]):
+    here = Path(__file__).parent
+    drawing = [*here.glob("*.py"), *(here / "pictures").glob("*.py")]
+    for source in sorted([*drawing, *DATA.glob("*.npz")]):
         digest.update(source.read_bytes())
     return digest.hexdigest()[:16]

@@ -1,4 +1,4 @@
-"""What makes a room lived in: window, door, pictures, shelf contents, plant, sofa, lamp, papers.
+"""Decoration of a room: window, door, pictures, shelf contents, plant, sofa, lamp, papers.
 
 What hangs on a wall is built in the wall's frame (x right, y up, z out of the wall) and placed by
 the wall's pose.
@@ -14,9 +14,19 @@ import numpy as np
 from scenes import frames
 from scenes.mesh import QrCode
 from scenes.pose import Pose
-from scenes.samples import graphics, wall_art
 from scenes.samples.furniture import RoomSet
 from scenes.samples.light import AreaLight
+from scenes.samples.pictures import graphics, wall_art
+from scenes.samples.pictures.textures import (
+    Rgb,
+    fabric,
+    mixed,
+    picture,
+    plain,
+    size_px,
+    tinted,
+    wood,
+)
 from scenes.samples.shapes import (
     STATIC_CELL_M,
     Material,
@@ -30,7 +40,6 @@ from scenes.samples.shapes import (
     quad,
     rounded_outline,
 )
-from scenes.samples.textures import Rgb, fabric, mixed, picture, plain, size_px, tinted, wood
 
 WHITE: Rgb = (238, 238, 234)
 

@@ -8,14 +8,15 @@ import numpy as np
 
 from scenes.mesh import PhysicalObject, PhysicalRoom
 from scenes.pose import Pose
-from scenes.samples import decor, wall_art
+from scenes.samples import decor
 from scenes.samples.furniture import RoomSet, shelf_unit, table
 from scenes.samples.light import UnlitRoom
 from scenes.samples.movables import book, mug, parcel
+from scenes.samples.pictures import wall_art
+from scenes.samples.pictures.textures import parquet, plain, wood
 from scenes.samples.room import hang_codes, hang_pictures, lit_room, unlit_room
 from scenes.samples.shapes import STATIC_CELL_M
 from scenes.samples.shell import Shell, shell
-from scenes.samples.textures import parquet, plain, wood
 
 BOX = Shell(np.array([-2.2, -1.9, 0.0]), np.array([2.2, 1.9, 2.6]))
 TABLE_LOW, TABLE_HIGH = (-0.8, -0.15, 0.0), (0.8, 0.75, 0.74)
@@ -38,7 +39,7 @@ def _objects() -> tuple[PhysicalObject, ...]:
 
 
 def unlit() -> UnlitRoom:
-    """What never moves, before there is light."""
+    """Build the fixed part, before there is light."""
     rng = np.random.default_rng(2026)
     room = RoomSet()
     floor = parquet(rng, (186, 150, 110), mm_per_px=4.0)(*(BOX.high - BOX.low)[:2].tolist())

@@ -15,7 +15,7 @@ from scenes.samples.shapes import Material, Surface, box
 
 @dataclass(slots=True)
 class RoomSet:
-    """What a room is put together from while it is built.
+    """Parts of a room while it is built.
 
     Attributes:
         surfaces: all faces so far.

@@ -8,13 +8,14 @@ import numpy as np
 
 from scenes.mesh import PhysicalObject, PhysicalRoom, QrCode
 from scenes.pose import Pose
-from scenes.samples import decor, wall_art
+from scenes.samples import decor
 from scenes.samples.furniture import RoomSet, shelf_unit, table
 from scenes.samples.light import AreaLight, UnlitRoom
 from scenes.samples.movables import book, chair, stool
+from scenes.samples.pictures import wall_art
+from scenes.samples.pictures.textures import mixed, parquet, plain, wood
 from scenes.samples.room import hang_codes, hang_pictures, lit_room, unlit_room
 from scenes.samples.shell import Shell, floor_with_rug, shell
-from scenes.samples.textures import mixed, parquet, plain, wood
 
 BOX = Shell(np.array([-3.0, -2.5, 0.0]), np.array([3.0, 2.5, 2.7]))
 DESK_LOW, DESK_HIGH = (2.2, -0.65, 0.0), (2.95, 0.95, 0.74)
@@ -39,7 +40,7 @@ def _objects() -> tuple[PhysicalObject, ...]:
 
 
 def unlit() -> UnlitRoom:
-    """What never moves, before there is light."""
+    """Build the fixed part, before there is light."""
     rng = np.random.default_rng(2025)
     room = RoomSet()
     boards = parquet(rng, (196, 158, 114), mm_per_px=3.0)

@@ -21,7 +21,9 @@ FloatArray = NDArray[np.float64]
 Float32Array = NDArray[np.float32]
 
 WALL_TEXEL_M = 0.028
+"""Side of a texel of light on a large surface, metres."""
 SMALL_TEXEL_M = 0.011
+"""Side of a texel of light on furniture, metres."""
 SMALL_AREA_M2 = 1.5
 """Surfaces below this area get the finer texels: they are furniture."""
 SHOULDER = 0.75
@@ -47,7 +49,7 @@ class AreaLight:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class UnlitRoom:
-    """What never moves in a room, before there is light.
+    """Fixed part of a room, before there is light.
 
     Attributes:
         name: of the room.
@@ -125,7 +127,7 @@ def lit(surfaces: Sequence[Surface], light: Float32Array) -> list[Surface]:
         first = here.stop
         if surface.glow == 0:
             field = light[here].reshape(*shape, 3)
-            surface = replace(surface, picture=_exposed(surface.picture, field))
+            surface = replace(surface, picture=_expose(surface.picture, field))
         result.append(surface)
     return result
 
@@ -149,7 +151,7 @@ def _interpolation(texels: int, points: int) -> tuple[FloatArray, FloatArray]:
     return value, span
 
 
-def _exposed(albedo: Picture, light: Float32Array) -> Picture:
+def _expose(albedo: Picture, light: Float32Array) -> Picture:
     """An sRGB albedo under linear light, as sRGB; as fine as the finer of the two."""
     h, w = (max(a, b) for a, b in zip(albedo.shape[:2], light.shape[:2], strict=True))
     full = cv2.resize(light, (w, h), interpolation=cv2.INTER_LINEAR).reshape(h, w, 3)
@@ -158,10 +160,10 @@ def _exposed(albedo: Picture, light: Float32Array) -> Picture:
     over = np.maximum(bright - SHOULDER, 0.0)
     room = 1.0 - SHOULDER
     bright = np.minimum(bright, SHOULDER) + room * (1.0 - np.exp(-over / room))
-    return _encoded(bright.astype(np.float32))
+    return _encode(bright.astype(np.float32))
 
 
-def _encoded(linear: Float32Array) -> Picture:
+def _encode(linear: Float32Array) -> Picture:
     """Linear light 0..1 to sRGB 0..255."""
     value = np.clip(linear, 0.0, 1.0)
     srgb = np.where(value <= 0.0031308, 12.92 * value, 1.055 * value ** (1 / 2.4) - 0.055)

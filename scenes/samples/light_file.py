@@ -14,7 +14,9 @@ from scenes.samples.light import Float32Array, Texels
 
 DATA = Path(__file__).parent / "data"
 BRIGHTEST = 8.0
+"""Largest factor of light that is kept."""
 STEPS = 2048
+"""Steps of its square root."""
 MOVED_M = 1e-3
 """A texel that lies farther from where it was traced belongs to another room."""
 

@@ -11,8 +11,9 @@ import numpy as np
 
 from scenes.mesh import BoxPart, PhysicalObject
 from scenes.pose import Pose
-from scenes.samples import graphics
-from scenes.samples.atlas import mesh_from_surfaces
+from scenes.samples.pictures import graphics
+from scenes.samples.pictures.atlas import mesh_from_surfaces
+from scenes.samples.pictures.textures import Rgb, fabric, picture, plain, wood
 from scenes.samples.shapes import (
     OBJECT_CELL_M,
     Surface,
@@ -23,7 +24,6 @@ from scenes.samples.shapes import (
     prism,
     rounded_outline,
 )
-from scenes.samples.textures import Rgb, fabric, picture, plain, wood
 
 GREY: Rgb = (128, 130, 132)
 DARK_GREY: Rgb = (88, 90, 93)

@@ -13,10 +13,10 @@ from PIL import Image, ImageDraw
 
 from scenes.mesh import BoxPart, PhysicalObject
 from scenes.pose import Pose
-from scenes.samples.atlas import mesh_from_surfaces
-from scenes.samples.graphics import font
+from scenes.samples.pictures.atlas import mesh_from_surfaces
+from scenes.samples.pictures.graphics import font
+from scenes.samples.pictures.textures import Rgb, noise, plain, tinted
 from scenes.samples.shapes import Picture, Surface, cells, quad
-from scenes.samples.textures import Rgb, noise, plain, tinted
 
 FloatArray = NDArray[np.float64]
 
@@ -144,7 +144,7 @@ def _bilinear(patch: FloatArray, s: FloatArray, t: FloatArray) -> FloatArray:
 
 
 def _print(design: Design, corners: FloatArray) -> tuple[Picture, FloatArray]:
-    """What is printed on top, and the place of its lower left corner: nothing in it is symmetric.
+    """Draw the print on top; return the place of its lower left corner too. It has no symmetry.
 
     A pale band along one edge, discs at one corner, a large letter, on painted grain.
     """

@@ -14,9 +14,9 @@ from scenes.samples import decor
 from scenes.samples.cache import static_part
 from scenes.samples.furniture import RoomSet
 from scenes.samples.light import AreaLight, UnlitRoom
+from scenes.samples.pictures.textures import Rgb
 from scenes.samples.shapes import Picture
 from scenes.samples.shell import Shell
-from scenes.samples.textures import Rgb
 
 AMBIENT = 0.6
 """Share of an object's light that comes from all around, 0..1; chosen on the rooms lab and desk."""
@@ -70,7 +70,7 @@ def unlit_room(
     lights: Iterable[AreaLight],
     reference: NDArray[np.float64],
 ) -> UnlitRoom:
-    """What was put together, ready to be lit; see `UnlitRoom` for the arguments."""
+    """Return the room's parts as one, ready to be lit; see `UnlitRoom` for the arguments."""
     surfaces, solids = tuple(room.surfaces), tuple(room.solids)
     return UnlitRoom(name, surfaces, solids, codes, tuple(lights), reference, LEVEL)
 

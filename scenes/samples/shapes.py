@@ -126,7 +126,7 @@ def rounded_outline(
         end = np.stack([a + radius * np.sin(quarter), -b - radius * np.cos(quarter)], axis=1)
         line = np.concatenate([start, end])
         c, s = math.cos(turn), math.sin(turn)
-        sides.append(_resampled(line @ np.array([[c, s], [-s, c]]), nx if side % 2 == 0 else ny))
+        sides.append(_resample(line @ np.array([[c, s], [-s, c]]), nx if side % 2 == 0 else ny))
     return np.concatenate([*(side[:-1] for side in sides), sides[0][:1]]), nx, ny
 
 
@@ -153,7 +153,7 @@ def prism(
     """
     line, nx, ny = outline
     half = np.abs(line).max(axis=0)
-    steps = _resampled_profile(np.asarray(profile, dtype=np.float64), cell_m)
+    steps = _resample_profile(np.asarray(profile, dtype=np.float64), cell_m)
     scale = 1.0 - steps[:, :1] / half
     rings = np.empty((len(steps), len(line), 3))
     rings[:, :, :2] = line[None] * scale[:, None, :]
@@ -214,7 +214,7 @@ def lathe(
 
     A profile from the top down shows its outer side, one from the bottom up its inner side.
     """
-    steps = _resampled_profile(np.asarray(profile, dtype=np.float64), cell_m)
+    steps = _resample_profile(np.asarray(profile, dtype=np.float64), cell_m)
     angle = np.linspace(0.0, 2 * math.pi, around + 1)
     points = np.empty((len(steps), around + 1, 3))
     points[:, :, 0] = steps[:, :1] * np.cos(angle)
@@ -243,14 +243,14 @@ def _axes_along(direction: FloatArray) -> FloatArray:
     return np.stack([np.cross(y, direction), y, direction], axis=1)
 
 
-def _resampled(line: FloatArray, count: int) -> FloatArray:
+def _resample(line: FloatArray, count: int) -> FloatArray:
     """(count + 1, 2) points at equal distances along a polyline."""
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
     wanted = np.linspace(0.0, along[-1], count + 1)
     return np.stack([np.interp(wanted, along, line[:, k]) for k in range(2)], axis=1)
 
 
-def _resampled_profile(profile: FloatArray, cell_m: float) -> FloatArray:
+def _resample_profile(profile: FloatArray, cell_m: float) -> FloatArray:
     """The profile with points added so that no step exceeds `cell_m`; its corners stay."""
     parts = []
     for a, b in pairwise(profile):

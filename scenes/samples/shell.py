@@ -10,11 +10,13 @@ from numpy.typing import NDArray
 
 from scenes.pose import Pose
 from scenes.samples.furniture import RoomSet
+from scenes.samples.pictures.textures import FloatArray, Rgb, picture, plain, plaster
 from scenes.samples.shapes import Material, Picture, quad
-from scenes.samples.textures import FloatArray, Rgb, picture, plain, plaster
 
 WALL_SOLID_M = 0.2
+"""Thickness of a wall that stops objects, metres."""
 SKIRTING_M = (0.07, 0.014)
+"""Height and thickness of a skirting board, metres."""
 WARM_WHITE: Rgb = (234, 230, 220)
 
 

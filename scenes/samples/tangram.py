@@ -15,7 +15,7 @@ from scenes.samples.pieces import piece
 from scenes.samples.room import lit_room
 
 RIG = np.array([0.0, -0.3, desk.TABLE_HIGH[2] + 0.5])
-"""Where the 360° camera stands, metres: half a metre above the table's edge."""
+"""Position of the 360° camera, metres: half a metre above the table's edge."""
 
 SCATTERED = {
     "large-1": (40.0, -0.40, 0.20),
@@ -38,7 +38,7 @@ def build() -> PhysicalRoom:
 
 
 def unlit() -> UnlitRoom:
-    """What never moves, before there is light: that of `desk`, whose traced light it shares."""
+    """Build the fixed part, before there is light: that of `desk`, whose traced light it shares."""
     return desk.unlit()
 
 

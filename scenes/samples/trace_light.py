@@ -20,7 +20,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.samples import SAMPLE_NAMES, unlit_room
-from scenes.samples.atlas import mesh_from_surfaces
 from scenes.samples.light import (
     AreaLight,
     Float32Array,
@@ -31,6 +30,7 @@ from scenes.samples.light import (
     texels_of,
 )
 from scenes.samples.light_file import DATA, save_light
+from scenes.samples.pictures.atlas import mesh_from_surfaces
 
 VARIANT = "llvm_ad_rgb"
 BOUNCES = 8
@@ -77,7 +77,7 @@ def _whole(tracer: _Tracer, texels: Texels, samples: int) -> Float32Array:
     for shape in texels.shapes:
         here = slice(start, start + shape[0] * shape[1])
         start = here.stop
-        result[here] = _denoised(
+        result[here] = _denoise(
             first[here].reshape(*shape, 3),
             second[here].reshape(*shape, 3),
             outside[here].reshape(shape),
@@ -234,7 +234,7 @@ def _exposure(tracer: _Tracer, room: UnlitRoom) -> Float32Array:
     return (linear_light(np.array([room.level * 255.0])) / balanced).astype(np.float32)
 
 
-def _denoised(first: Float32Array, second: Float32Array, seen: NDArray[np.bool_]) -> Float32Array:
+def _denoise(first: Float32Array, second: Float32Array, seen: NDArray[np.bool_]) -> Float32Array:
     """Two independent halves of one picture to one without noise (a local Wiener filter).
 
     Where the halves differ as much as the picture does from its blurred self, it is noise, and the
@@ -242,16 +242,16 @@ def _denoised(first: Float32Array, second: Float32Array, seen: NDArray[np.bool_]
     """
     mean, half_gap = 0.5 * (first + second), 0.5 * (first - second)
     share = np.where(seen, 1.0, 1e-4).astype(np.float32)
-    smooth = _blurred(mean, share, 2.0)
-    noise = _blurred(np.square(half_gap).mean(axis=2, keepdims=True), share, 3.0)
-    detail = _blurred(np.square(mean - smooth).mean(axis=2, keepdims=True), share, 1.0)
+    smooth = _blur(mean, share, 2.0)
+    noise = _blur(np.square(half_gap).mean(axis=2, keepdims=True), share, 3.0)
+    detail = _blur(np.square(mean - smooth).mean(axis=2, keepdims=True), share, 1.0)
     keep = np.clip(1.0 - 1.5 * noise / np.maximum(detail, 1e-12), 0.0, 1.0)
     filled = np.where(seen[..., None], mean, smooth)
-    soft = _blurred(filled, share, 0.7)
+    soft = _blur(filled, share, 0.7)
     return np.asarray(smooth + keep * (soft - smooth), dtype=np.float32)
 
 
-def _blurred(values: Float32Array, share: Float32Array, sigma: float) -> Float32Array:
+def _blur(values: Float32Array, share: Float32Array, sigma: float) -> Float32Array:
     def blur(image: Float32Array) -> Float32Array:
         wide = cv2.GaussianBlur(image, (0, 0), sigma, borderType=cv2.BORDER_REPLICATE)
         return np.asarray(wide, np.float32).reshape(image.shape)

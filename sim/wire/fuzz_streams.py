@@ -14,7 +14,11 @@ from devices.camera.annex_b import (
     hevc_parameter_sets,
     with_start_codes,
 )
-from devices.camera.pull.unit_line import (
+from devices.camera.rtmp.amf import AmfError, decode_amf, encode_amf
+from devices.camera.rtmp.chunks import HANDSHAKE_BYTES, RtmpError, encode_message
+from devices.camera.rtmp.flv_video import FlvVideo
+from devices.camera.rtmp.session import RtmpSession
+from devices.camera.sources.unit_line import (
     Failed,
     LineError,
     LineReader,
@@ -23,10 +27,6 @@ from devices.camera.pull.unit_line import (
     encode_opened,
     encode_unit,
 )
-from devices.camera.rtmp.amf import AmfError, decode_amf, encode_amf
-from devices.camera.rtmp.chunks import HANDSHAKE_BYTES, RtmpError, encode_message
-from devices.camera.rtmp.flv_video import FlvVideo
-from devices.camera.rtmp.session import RtmpSession
 from devices.camera.units import StreamFormat, Unit
 from sim.wire.flv_packets import avc_header, avc_picture
 

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from devices.clock_mapping import (
-    MOST_BINS,
+    MAX_BINS,
     ClockMapping,
     add_arrival,
     add_round_trip,
@@ -164,8 +164,8 @@ def test_any_samples_leave_a_bounded_state_and_finite_estimates(samples):
         now_ns += step_ns
         mapping = add_arrival(mapping, device_ns, now_ns)
         mapping = add_round_trip(mapping, now_ns, device_ns, now_ns + trip_ns)
-        assert len(mapping.trips) <= MOST_BINS
-        assert len(mapping.arrivals) <= MOST_BINS
+        assert len(mapping.trips) <= MAX_BINS
+        assert len(mapping.arrivals) <= MAX_BINS
         found = estimate(mapping)
         assert np.isfinite([found.drift_ppm, found.offset_sigma_ns, found.drift_sigma_ppm]).all()
         assert abs(found.drift_ppm) <= 501

@@ -1,4 +1,4 @@
-"""Where the lens pictures lie in a stream's picture, and how they are turned."""
+"""Layout of the lens pictures in a stream's picture, and how they are turned."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class LensLayout:
         return f"{self.arrangement.replace('_', ' ')}, turned by {angles}"
 
     def boxes(self, width_px: int, height_px: int) -> tuple[Box, ...]:
-        """Where each picture lies in a stream picture of a size; even numbers throughout.
+        """Box of each picture in a stream picture of a size; even numbers throughout.
 
         A lens picture is the largest square that fits its share, in the middle of it.
         """

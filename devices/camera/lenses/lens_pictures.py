@@ -33,9 +33,9 @@ TURN_BACK = {
     2: cv2.ROTATE_180,
     3: cv2.ROTATE_90_CLOCKWISE,
 }
-"""What turns a picture upright again that is turned by so many quarters clockwise."""
+"""Rotation that makes a picture upright again that is turned by so many quarters clockwise."""
 
-MOST_MAPS = 4
+MAX_MAPS = 4
 """Resampling maps that are kept, each of 8 bytes a pixel: two sizes with two turns."""
 
 
@@ -109,7 +109,7 @@ def luma_of_sphere(
     """The Y planes (S, S) of the two fisheyes of an equirectangular Y plane, black outside."""
     shape = (luma.shape[0], luma.shape[1])
     front, back = (
-        _remapped(luma, _sphere_maps(shape, turn, size_px, fov_deg, is_back), 0)
+        _remap(luma, _sphere_maps(shape, turn, size_px, fov_deg, is_back), 0)
         for is_back in (False, True)
     )
     return front, back
@@ -146,9 +146,9 @@ def _from_sphere(
         coarse = _sphere_maps(half, turn, size // 2, fov_deg, is_back)
         images.append(
             picture.to_rgb(
-                _remapped(picture.y, fine, 0 if picture.is_full_range else 16),
-                _remapped(picture.u, coarse, 128),
-                _remapped(picture.v, coarse, 128),
+                _remap(picture.y, fine, 0 if picture.is_full_range else 16),
+                _remap(picture.u, coarse, 128),
+                _remap(picture.v, coarse, 128),
             )
         )
     return tuple(images)
@@ -157,11 +157,11 @@ def _from_sphere(
 _Maps = tuple[NDArray[np.int16], NDArray[np.uint16], NDArray[np.uint8]]
 
 
-@lru_cache(maxsize=4 * MOST_MAPS)
+@lru_cache(maxsize=4 * MAX_MAPS)
 def _sphere_maps(
     shape: tuple[int, int], turn: int, size: int, fov_deg: float, is_back: bool
 ) -> _Maps:
-    """Where a fisheye's pixels lie in an equirectangular plane, and its circle: 255 inside, else 0.
+    """Maps of a fisheye's pixels in an equirectangular plane, and its circle: 255 inside, else 0.
 
     The plane's middle is the front lens's axis; right of it is to the right of that.
     """
@@ -193,7 +193,7 @@ def _sphere_maps(
     )
 
 
-def _remapped(plane: Plane, maps: _Maps, black: int) -> Plane:
+def _remap(plane: Plane, maps: _Maps, black: int) -> Plane:
     moved = cv2.remap(
         plane, maps[0], maps[1], interpolation=cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP
     )

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
-from devices.camera.lenses.circles import darkness_outside, shrunk
-from devices.camera.lenses.layout import Arrangement, LensLayout
+from devices.camera.lenses.layout import Arrangement, Box, LensLayout
 from devices.camera.lenses.lens_pictures import luma_of_sphere
 from devices.camera.lenses.upright_evidence import (
     RIM_WEIGHT,
@@ -24,6 +24,14 @@ from devices.camera.lenses.upright_evidence import (
     upright_nats,
 )
 from devices.camera.stream_picture import Plane, StreamPicture
+
+INSIDE, OUTSIDE = 0.85, 1.08
+"""Radii over half a share's side: nearer is inside the circle, farther outside, between is neither.
+
+Circles of real cameras reach 1.00 to 1.05 of it; lens flare brightens the first few per cent."""
+
+LONG_SIDE_PX = 384
+"""Length to which a picture is shrunk before it is looked at."""
 
 PAIRS_OF_TURNS = ((0, 0), (1, 1), (2, 2), (3, 3), (1, 3), (3, 1))
 """How two lenses are turned, in quarters: equally, or against each other as the X series does."""
@@ -146,3 +154,35 @@ def _of_sphere(luma: Plane) -> dict[tuple[int, ...], float]:
         )
         for turn in ((0, 2) if is_upright else (1, 3))
     }
+
+
+def shrunk(luma: NDArray[np.uint8]) -> Luma:
+    """A picture's Y plane (H, W) at the size at which it is looked at."""
+    scale = LONG_SIDE_PX / max(luma.shape)
+    size = (max(8, round(luma.shape[1] * scale)), max(8, round(luma.shape[0] * scale)))
+    return np.asarray(cv2.resize(luma, size, interpolation=cv2.INTER_AREA), np.float32)
+
+
+def darkness_outside(luma: Luma, arrangement: Arrangement) -> float:
+    """Probability that a pixel outside the circles is darker than one inside, minus ½, doubled.
+
+    1 where everything outside is darker than everything inside, 0 where there is no difference.
+    """
+    boxes = LensLayout(arrangement, (0,) * (1 if arrangement is Arrangement.ONE_LENS else 2)).boxes(
+        luma.shape[1], luma.shape[0]
+    )
+    radii = np.min([_radii(luma, box) for box in boxes], axis=0)
+    outside = np.sort(luma[radii > OUTSIDE])
+    inside = luma[radii < INSIDE]
+    if not len(outside) or not len(inside):
+        return 0.0
+    below = np.searchsorted(outside, inside, side="left")
+    up_to = np.searchsorted(outside, inside, side="right")
+    return float((below + up_to).mean() / len(outside) - 1.0)
+
+
+def _radii(luma: Luma, box: Box) -> NDArray[np.float64]:
+    """Distance of every pixel from the middle of a box, over half its side."""
+    y, x = np.mgrid[: luma.shape[0], : luma.shape[1]]
+    half = 0.5 * box.width
+    return np.hypot(x + 0.5 - box.x0 - half, y + 0.5 - box.y0 - half) / half

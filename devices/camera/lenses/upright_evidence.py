@@ -1,4 +1,4 @@
-"""Which way is up in lens pictures of a room, in nats: light, texture and lamps above and below.
+"""Up direction of lens pictures of a room, in nats: light, texture, lamps above and below.
 
 Rooms are lit from above and furnished below: ceilings are brighter and plainer than floors, and
 lamps hang high. Two lenses share what is between them: the rims of their pictures must agree.
@@ -63,7 +63,7 @@ class _Directions:
 
 @lru_cache(maxsize=1)
 def _directions() -> _Directions:
-    """Where the pixels of a small lens picture look; y is down."""
+    """Directions of the pixels of a small lens picture; y is down."""
     lens = Fisheye.from_fov(SIZE_PX, math.radians(FOV_DEG))
     rays = lens.unproject(pixel_centres(lens)).reshape(SIZE_PX, SIZE_PX, 3)
     angles = np.arccos(np.clip(rays[..., 2], -1.0, 1.0))

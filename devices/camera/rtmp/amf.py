@@ -8,10 +8,10 @@ from typing import TypeAlias, cast
 
 AmfValue: TypeAlias = "float | bool | str | dict[str, AmfValue] | list[AmfValue] | None"
 
-MOST_DEPTH = 8
+MAX_DEPTH = 8
 """Objects within objects that are read; commands of publishers nest one deep."""
 
-MOST_VALUES = 512
+MAX_VALUES = 512
 """Values in one message that are read; FFmpeg and OBS send fewer than 30."""
 
 NUMBER, BOOLEAN, STRING, OBJECT, NULL, UNDEFINED = 0, 1, 2, 3, 5, 6
@@ -24,10 +24,10 @@ class AmfError(ValueError):
 
 def encode_amf(*values: AmfValue) -> bytes:
     """Values one after another."""
-    return b"".join(_encoded(value) for value in values)
+    return b"".join(_encode(value) for value in values)
 
 
-def _encoded(value: AmfValue) -> bytes:
+def _encode(value: AmfValue) -> bytes:
     if value is None:
         return bytes([NULL])
     if isinstance(value, bool):
@@ -39,7 +39,7 @@ def _encoded(value: AmfValue) -> bytes:
     if isinstance(value, list):
         return struct.pack(">BI", STRICT_ARRAY, len(value)) + encode_amf(*value)
     fields = cast(Mapping[str, AmfValue], value)
-    inside = b"".join(_text(name) + _encoded(field) for name, field in fields.items())
+    inside = b"".join(_text(name) + _encode(field) for name, field in fields.items())
     return bytes([OBJECT]) + inside + b"\x00\x00" + bytes([OBJECT_END])
 
 
@@ -63,7 +63,7 @@ def decode_amf(data: bytes) -> list[AmfValue]:
 
 class _Values:
     def __init__(self, data: bytes) -> None:
-        self._data, self._at, self._left = data, 0, MOST_VALUES
+        self._data, self._at, self._left = data, 0, MAX_VALUES
 
     @property
     def is_done(self) -> bool:
@@ -71,8 +71,8 @@ class _Values:
 
     def value(self, depth: int) -> AmfValue:
         self._left -= 1
-        if depth > MOST_DEPTH or self._left < 0:
-            raise AmfError(f"AMF0: more than {MOST_VALUES} values or {MOST_DEPTH} levels")
+        if depth > MAX_DEPTH or self._left < 0:
+            raise AmfError(f"AMF0: more than {MAX_VALUES} values or {MAX_DEPTH} levels")
         kind = self._take(1)[0]
         if kind == NUMBER:
             return float(struct.unpack(">d", self._take(8))[0])

@@ -13,16 +13,16 @@ HANDSHAKE_BYTES = 1536
 DEFAULT_CHUNK_BYTES = 128
 """Chunk size until one side announces another."""
 
-MOST_CHUNK_BYTES = 1 << 24
+MAX_CHUNK_BYTES = 1 << 24
 """Largest chunk size that the specification allows: no message is longer."""
 
-MOST_MESSAGE_BYTES = 8 << 20
+MAX_MESSAGE_BYTES = 8 << 20
 """Longest message that is received: a keyframe of 5760×2880 at 100 Mbit/s has about 2 MB."""
 
-MOST_COMMAND_BYTES = 64 << 10
+MAX_COMMAND_BYTES = 64 << 10
 """Longest message before a stream is published; the commands until then have under 1 kB."""
 
-MOST_CHUNK_STREAMS = 16
+MAX_CHUNK_STREAMS = 16
 """Chunk streams of one connection that are kept; publishers use 3 to 6."""
 
 EXTENDED = 0xFFFFFF
@@ -69,11 +69,11 @@ class ChunkReader:
     """Puts chunks together; all partial messages of a connection are bounded in sum.
 
     Attributes:
-        most_bytes: the longest message and, in sum, the partial ones that are held.
+        max_bytes: the longest message and, in sum, the partial ones that are held.
     """
 
     def __init__(self) -> None:
-        self.most_bytes = MOST_COMMAND_BYTES
+        self.max_bytes = MAX_COMMAND_BYTES
         self._held_bytes = 0
         self._buffer = bytearray()
         self._at = 0
@@ -103,8 +103,8 @@ class ChunkReader:
     def _control(self, message: Message) -> None:
         if message.kind == 1:
             size = int.from_bytes(message.data[:4], "big")
-            if len(message.data) < 4 or not 1 <= size <= MOST_CHUNK_BYTES:
-                raise RtmpError(f"RTMP: chunk size {size} bytes, wanted 1 to {MOST_CHUNK_BYTES}")
+            if len(message.data) < 4 or not 1 <= size <= MAX_CHUNK_BYTES:
+                raise RtmpError(f"RTMP: chunk size {size} bytes, wanted 1 to {MAX_CHUNK_BYTES}")
             self._chunk_bytes = size
         elif message.kind == 2:
             aborted = self._streams.get(int.from_bytes(message.data[:4], "big"))
@@ -139,8 +139,8 @@ class ChunkReader:
             time = int.from_bytes(buffer[at : at + 4], "big")
             at += 4
         size = int.from_bytes(fields[3:6], "big") if header >= 7 else stream.size
-        if size > self.most_bytes:
-            raise RtmpError(f"RTMP: a message of {size} bytes, wanted at most {self.most_bytes}")
+        if size > self.max_bytes:
+            raise RtmpError(f"RTMP: a message of {size} bytes, wanted at most {self.max_bytes}")
         held = 0 if stream.partial is None else len(stream.partial)
         if held and header:
             raise RtmpError(f"RTMP: a new message on chunk stream {number} within another")
@@ -159,8 +159,8 @@ class ChunkReader:
         # Some encoders begin with a header of form 1, which leaves out the message stream alone.
         if form > 1:
             raise RtmpError(f"RTMP: chunk stream {number} begins without a length")
-        if len(self._streams) >= MOST_CHUNK_STREAMS:
-            raise RtmpError(f"RTMP: more than {MOST_CHUNK_STREAMS} chunk streams")
+        if len(self._streams) >= MAX_CHUNK_STREAMS:
+            raise RtmpError(f"RTMP: more than {MAX_CHUNK_STREAMS} chunk streams")
         return self._streams.setdefault(number, _ChunkStream())
 
     def _add(self, stream: _ChunkStream, at: int, payload: int) -> Message | None:
@@ -168,8 +168,8 @@ class ChunkReader:
             stream.partial = bytearray()
         stream.partial += self._buffer[at : at + payload]
         self._held_bytes += payload
-        if self._held_bytes > self.most_bytes:
-            raise RtmpError(f"RTMP: partial messages of more than {self.most_bytes} bytes")
+        if self._held_bytes > self.max_bytes:
+            raise RtmpError(f"RTMP: partial messages of more than {self.max_bytes} bytes")
         if len(stream.partial) < stream.size:
             return None
         data = bytes(stream.partial)

@@ -40,13 +40,13 @@ was on its way when it vanished has arrived by then."""
 GREETING_S = 5.0
 """Seconds from a connection to its first published picture, else it is closed."""
 
-MOST_CONNECTIONS = 16
+MAX_CONNECTIONS = 16
 """Connections that are held at a time, the publisher's among them."""
 
 READ_BYTES = 1 << 18
 """Bytes read at a time: several pictures at 50 Mbit/s and 30 Hz."""
 
-MOST_UNSENT_BYTES = 1 << 16
+MAX_UNSENT_BYTES = 1 << 16
 """Replies that a peer may leave unread; it gets fewer than 1 kB until it publishes."""
 
 
@@ -147,7 +147,7 @@ class RtmpListener:
         except OSError:
             return
         name = str(where[0])
-        if len(self._peers) >= MOST_CONNECTIONS:
+        if len(self._peers) >= MAX_CONNECTIONS:
             self._make_room()
         accepted.setblocking(False)
         with contextlib.suppress(OSError):
@@ -166,7 +166,7 @@ class RtmpListener:
         counts = Counter(peer.name for peer in others)
         self._end(
             min(others, key=lambda peer: (-counts[peer.name], peer.since_ns)),
-            f"more than {MOST_CONNECTIONS} connections",
+            f"more than {MAX_CONNECTIONS} connections",
         )
 
     def _admit(self, path: str) -> str | None:
@@ -220,7 +220,7 @@ class RtmpListener:
         self._after(peer, was_published=was_published)
 
     def _after(self, peer: _Peer, *, was_published: bool) -> None:
-        """What a peer's new stage asks for."""
+        """Do as a peer's new stage asks."""
         if peer.session.stage is Stage.PUBLISHING and not was_published:
             self._publisher = peer
         self._send(peer)
@@ -237,7 +237,7 @@ class RtmpListener:
         except OSError:
             sent = 0
         del peer.unsent[:sent]
-        if len(peer.unsent) > MOST_UNSENT_BYTES:
+        if len(peer.unsent) > MAX_UNSENT_BYTES:
             self._end(peer, f"{peer.name} does not read the replies")
 
     def _drop_late(self) -> None:
@@ -273,7 +273,7 @@ def _listening(address: CameraAddress) -> socket.socket:
     try:
         listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         listening.bind((address.host or "0.0.0.0", address.port))
-        listening.listen(MOST_CONNECTIONS)
+        listening.listen(MAX_CONNECTIONS)
     except (OSError, OverflowError) as error:
         listening.close()
         reason = getattr(error, "strerror", None) or error

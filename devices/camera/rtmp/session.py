@@ -11,7 +11,7 @@ from enum import Enum
 from devices.camera.rtmp.amf import AmfError, AmfValue, decode_amf, encode_amf
 from devices.camera.rtmp.chunks import (
     HANDSHAKE_BYTES,
-    MOST_MESSAGE_BYTES,
+    MAX_MESSAGE_BYTES,
     ChunkReader,
     Message,
     RtmpError,
@@ -91,7 +91,7 @@ class RtmpSession:
         return units
 
     def replies(self) -> bytes:
-        """What is to be sent, once."""
+        """Take the bytes to be sent; they are given once."""
         replies = b"".join(self._replies)
         self._replies.clear()
         return replies
@@ -181,7 +181,7 @@ class RtmpSession:
             self._refuse("NetStream.Publish.BadName", refusal)
             return
         self.stage = Stage.PUBLISHING
-        self._chunks.most_bytes = MOST_MESSAGE_BYTES
+        self._chunks.max_bytes = MAX_MESSAGE_BYTES
         self._send(USER_CONTROL, STREAM_BEGIN.to_bytes(2, "big") + (1).to_bytes(4, "big"))
         self._status("status", "NetStream.Publish.Start", f"{path} is received")
 

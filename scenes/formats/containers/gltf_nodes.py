@@ -1,5 +1,5 @@
 # pyright: standard
-"""Where the nodes of a glTF scene place its meshes."""
+"""Placement of meshes by the nodes of a glTF scene."""
 
 from __future__ import annotations
 

@@ -45,7 +45,7 @@ class PlyElement:
 
 @dataclass(frozen=True, slots=True)
 class PlyHeader:
-    """What a PLY file says of itself: its elements by name and its comment lines."""
+    """Header of a PLY file: its elements by name and its comment lines."""
 
     elements: dict[str, PlyElement]
     comments: tuple[str, ...]
@@ -163,10 +163,10 @@ def _parse(path: Path, lines: list[str], data_offset: int) -> PlyHeader:
                 )
     if not order:
         raise refusal(path, "", "no format line in the PLY header", "save it as a binary PLY")
-    return PlyHeader(_laid_out(path, tables, order, data_offset), tuple(comments))
+    return PlyHeader(_row_layout(path, tables, order, data_offset), tuple(comments))
 
 
-def _laid_out(
+def _row_layout(
     path: Path,
     tables: list[tuple[str, int, list[tuple[str, str]], bool]],
     order: str,

@@ -30,14 +30,14 @@ MAX_SPLATS = 50_000_000
 COEFFICIENTS = (0, 3, 8, 15, 24)
 """Above degree 0, by degree."""
 
-MOST_INFLATED = 1032
+MAX_INFLATED = 1032
 """Bytes that one byte of a deflate stream can become, by its definition."""
 
-MOST_UNPACKED = 32_768
+MAX_UNPACKED = 32_768
 """Bytes that one byte of a zstd stream can become: a block of 128 KiB takes 4 bytes at least."""
 
 MAX_WINDOW_BYTES = 1 << 26
-"""What a zstd stream may ask to look back; no level below 22 does by more."""
+"""Window that a zstd stream may look back over, bytes; no level below 22 asks for more."""
 
 MAX_EXTENSION_BYTES = 1 << 18
 
@@ -57,7 +57,7 @@ Bytes = NDArray[np.uint8]
 
 @dataclass(frozen=True, slots=True)
 class SpzFile:
-    """What an SPZ file says of itself.
+    """Header of an SPZ file.
 
     Attributes:
         path: the file.
@@ -115,7 +115,7 @@ def open_spz(path: Path) -> SpzFile:
     with path.open("rb") as file:
         start = file.read(_HEADER_4.size)
     if start.startswith(GZIP_MAGIC):
-        return _unzipped_header(path)
+        return _unzip_header(path)
     if start.startswith(MAGIC):
         header = _parse(path, start, (4,))
         return replace(header, streams=_streams(path, header, start))
@@ -129,7 +129,7 @@ def unpacked(file: SpzFile, rows: int) -> Iterator[tuple[int, list[Bytes]]]:
         FormatError: the packed data is truncated or damaged, or is more than was announced.
     """
     with ExitStack() as stack:
-        columns = (_packed_columns if file.version == 4 else _zipped_columns)(file, stack)
+        columns = (_unpack_columns if file.version == 4 else _unzip_columns)(file, stack)
         for start, stop in extents(file.count, rows):
             parts = [
                 np.frombuffer(_take(file.path, column, name, (stop - start) * width), np.uint8)
@@ -185,12 +185,12 @@ def _parse(path: Path, data: bytes, versions: tuple[int, ...]) -> SpzFile:
     return SpzFile(path, version, count, degree, bits, flags)
 
 
-def _unzipped_header(path: Path) -> SpzFile:
+def _unzip_header(path: Path) -> SpzFile:
     """Versions 2 and 3."""
     with gzip.open(path) as stream:
         header = _parse(path, _take(path, stream, "header", _HEADER.size), (2, 3))
     wanted, size = header.count * sum(header.widths()), path.stat().st_size
-    if wanted > MOST_INFLATED * size:
+    if wanted > MAX_INFLATED * size:
         raise refusal(
             path,
             f"byte {size}",
@@ -200,7 +200,7 @@ def _unzipped_header(path: Path) -> SpzFile:
     return header
 
 
-def _zipped_columns(file: SpzFile, stack: ExitStack) -> list[_Plain]:
+def _unzip_columns(file: SpzFile, stack: ExitStack) -> list[_Plain]:
     """Versions 2 and 3: the one stream, unpacked for each attribute from its place on."""
     columns: list[_Plain] = []
     at = _HEADER.size
@@ -213,7 +213,7 @@ def _zipped_columns(file: SpzFile, stack: ExitStack) -> list[_Plain]:
     return columns
 
 
-def _packed_columns(file: SpzFile, stack: ExitStack) -> list[_Plain]:
+def _unpack_columns(file: SpzFile, stack: ExitStack) -> list[_Plain]:
     """Version 4: a stream for each attribute."""
     columns: list[_Plain] = []
     for place in file.streams:
@@ -252,7 +252,7 @@ def _streams(path: Path, header: SpzFile, start: bytes) -> tuple[tuple[int, int]
         table = list(_ENTRY.iter_unpack(file.read(streams * _ENTRY.size)))
         for name, width, (packed, plain) in zip(_NAMES, widths, table, strict=False):
             size = width * header.count
-            if plain != size or not size <= MOST_UNPACKED * packed <= MOST_UNPACKED * (
+            if plain != size or not size <= MAX_UNPACKED * packed <= MAX_UNPACKED * (
                 file_size - end
             ):
                 raise refusal(

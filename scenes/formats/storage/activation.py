@@ -1,4 +1,4 @@
-"""What splat files store (logarithms, logits, free quaternions) to a `SplatCloud`, and back."""
+"""Stored values (logarithms, logits, free quaternions) to a `SplatCloud`, and back."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ UNIT_TOLERANCE = 1e-6
 damaged_values_are_quiet = np.errstate(invalid="ignore", over="ignore", divide="ignore")
 """Decorates readers: damaged numbers make no noise, as their rows are left out later."""
 
-SMALLEST_NORM = 1e-6
+MIN_NORM = 1e-6
 """A quaternion below this norm points nowhere."""
 
 TINY = np.float32(1e-12)
@@ -41,7 +41,7 @@ def cloud_from_file(
     Args:
         means: (N, 3) positions in the file's length unit.
         scales: (N, 3) linear standard deviations.
-        quaternions: (N, 4) wxyz of any norm above `SMALLEST_NORM`.
+        quaternions: (N, 4) wxyz of any norm above `MIN_NORM`.
         opacities: (N,) 0..1.
         sh: (N, K, 3) coefficients.
     """
@@ -55,10 +55,10 @@ def cloud_from_file(
 
 
 def unit_quaternions(quaternions: NDArray[np.float32]) -> NDArray[np.float32]:
-    """(N, 4) quaternions of norm 1; as they are where the norm is below `SMALLEST_NORM`."""
+    """(N, 4) quaternions of norm 1; as they are where the norm is below `MIN_NORM`."""
     wide = quaternions.astype(np.float64)
     norms = np.linalg.norm(wide, axis=1)
-    kept = (np.abs(norms - 1.0) <= UNIT_TOLERANCE) | (norms <= SMALLEST_NORM)
+    kept = (np.abs(norms - 1.0) <= UNIT_TOLERANCE) | (norms <= MIN_NORM)
     norms[kept] = 1.0
     return (wide / norms[:, None]).astype(np.float32)
 

@@ -61,7 +61,7 @@ def all_announced(splats: SplatBlocks) -> SplatBlocks:
 
     The iteration raises `CountError` at its end if bad splats were left out.
     """
-    return replace(splats, blocks=_announced(splats))
+    return replace(splats, blocks=_announce(splats))
 
 
 def _sound(path: Path, splats: SplatBlocks) -> Iterator[SplatCloud]:
@@ -85,7 +85,7 @@ def _sound(path: Path, splats: SplatBlocks) -> Iterator[SplatCloud]:
         )
 
 
-def _announced(splats: SplatBlocks) -> Iterator[SplatCloud]:
+def _announce(splats: SplatBlocks) -> Iterator[SplatCloud]:
     count = 0
     for cloud in splats.blocks:
         count += len(cloud)

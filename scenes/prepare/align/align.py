@@ -65,7 +65,7 @@ def align(
     known = {p: w for p, w in (world_from_codes or {}).items() if p in {c.payload for c in codes}}
     if known:
         codes = [code for code in codes if code.payload in known]
-        world_from_reconstruction, covariance, placement = _on_known(codes, seen, known)
+        world_from_reconstruction, covariance, placement = _align_on_known(codes, seen, known)
         gravity = None
     else:
         gravity = find_gravity(reconstruction, rng=rng)
@@ -75,9 +75,11 @@ def align(
                 f"be {gravity.tilt_sigma_deg:.0f}° off; film the floor too, from where it has "
                 "texture."
             )
-        world_from_reconstruction, covariance, placement = _on_free(codes, seen, gravity)
+        world_from_reconstruction, covariance, placement = _align_on_free(codes, seen, gravity)
     anchors = _anchors(codes, seen, placement, world_from_reconstruction, one_body=bool(known))
-    warnings += [_misplaced(a, known[a.payload]) for a in anchors if known and _is_off(a, known)]
+    warnings += [
+        _describe_misplaced(a, known[a.payload]) for a in anchors if known and _is_off(a, known)
+    ]
     return Alignment(
         world_from_reconstruction,
         covariance,
@@ -94,19 +96,19 @@ def _observation(sighting: Sighting, view: View, order: int) -> Observation:
     return Observation(0, np.arange(4), view, order, sighting.corners_px, sighting.sigma_px)
 
 
-def _moved_to(seen: Observation, *, body: int, first_point: int = 0) -> Observation:
+def _move_to(seen: Observation, *, body: int, first_point: int = 0) -> Observation:
     return Observation(
         body, seen.points + first_point, seen.view, seen.order, seen.pixels, seen.sigma_px
     )
 
 
-def _on_known(
+def _align_on_known(
     codes: Sequence[Code], seen: Mapping[str, list[Observation]], known: Mapping[str, Pose]
 ) -> tuple[Similarity, FloatArray, Placement]:
     """The world of codes whose poses are known: one rigid body of all their corners."""
     body = np.concatenate([known[code.payload] @ code.corners_m for code in codes])
     observations = [
-        _moved_to(o, body=0, first_point=4 * k)
+        _move_to(o, body=0, first_point=4 * k)
         for k, code in enumerate(codes)
         for o in seen[code.payload]
     ]
@@ -129,13 +131,13 @@ def _on_known(
     return world_from_reconstruction, change @ placement.covariance @ change.T, placement
 
 
-def _on_free(
+def _align_on_free(
     codes: Sequence[Code], seen: Mapping[str, list[Observation]], gravity: Gravity
 ) -> tuple[Similarity, FloatArray, Placement]:
     """The world by rule: gravity, floor, and the first code."""
     placement = place(
         [code.corners_m for code in codes],
-        [_moved_to(o, body=k) for k, code in enumerate(codes) for o in seen[code.payload]],
+        [_move_to(o, body=k) for k, code in enumerate(codes) for o in seen[code.payload]],
         start=[code.start for code in codes],
         metres_per_unit=float(np.median([code.metres_per_unit for code in codes])),
     )
@@ -194,7 +196,7 @@ def _anchors(
     *,
     one_body: bool,
 ) -> tuple[Anchor, ...]:
-    """What came out for each code; `one_body` if all were placed together, as known."""
+    """Return an anchor for each code; `one_body` if all were placed together, as known."""
     anchors, used = [], 0
     for k, code in enumerate(codes):
         observations = seen[code.payload]
@@ -232,7 +234,7 @@ def _is_off(anchor: Anchor, known: Mapping[str, Pose]) -> bool:
     return float(np.linalg.norm(away)) > MISPLACED_M
 
 
-def _misplaced(anchor: Anchor, world_from_code: Pose) -> str:
+def _describe_misplaced(anchor: Anchor, world_from_code: Pose) -> str:
     away = anchor.world_from_code.translation - world_from_code.translation
     return (
         f"Code {anchor.payload!r} is {1000 * float(np.linalg.norm(away)):.0f} mm from where it "

@@ -47,7 +47,7 @@ class Anchor:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Alignment:
-    """Where a reconstruction is in the metric world.
+    """Placement of a reconstruction in the metric world.
 
     The world is Z up with the floor at z = 0. Unless the codes' world poses were given, its origin
     is on the floor under the centre of the first code (by payload), and X is the way that code

@@ -16,6 +16,7 @@ from scenes.prepare.reconstruction import Reconstruction
 FloatArray = NDArray[np.float64]
 
 NO_ROTATION_RAD = 1e-6
+"""Deviation added to each parameter, so that the covariance can be inverted."""
 KNOWN_GROUPS = 1000
 """The uncertainty of a tape measure is given, not estimated from few photos."""
 

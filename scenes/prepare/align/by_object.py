@@ -32,15 +32,17 @@ YAWS = 8
 """Starts of the search around a whole turn."""
 DRAWN_PX = 2.0
 """How exactly people draw boxes: no better than this, however well the fit looks."""
-MOST_OFF = 0.06
+MAX_MISFIT = 0.06
 """Of the boxes' mean side: what does not fit better is another object, or boxes around another."""
 UNKNOWNS = 5
 TOLD_SIGMA = 0.03
 """Relative deviation of the scale from which on the user is warned."""
 SOLID = 0.5
+"""Opacity from which on a splat shows the object's surface."""
 REACH = 1.5
 """Standard deviations at which a splat has faded to a third: there its outline is."""
-LEAST_SPLATS = 30
+MIN_SPLATS = 30
+"""Solid splats below which an object's shape is not known."""
 
 
 def box_corners(box_m: tuple[float, float, float]) -> FloatArray:
@@ -57,9 +59,9 @@ def spanning_points(item: ObjectModel) -> FloatArray:
         ValueError: it has too few solid splats.
     """
     solid = item.splats.select(item.splats.opacities >= SOLID)
-    if len(solid) < LEAST_SPLATS:
+    if len(solid) < MIN_SPLATS:
         raise ValueError(
-            f"known object {item.object_id!r}: {len(solid)} solid splats, wanted {LEAST_SPLATS}; "
+            f"known object {item.object_id!r}: {len(solid)} solid splats, wanted {MIN_SPLATS}; "
             "choose another"
         )
     axes = REACH * rotation_from_quaternion(solid.rotations) * solid.scales[:, None, :]
@@ -94,7 +96,7 @@ def align_by_object(
     views = [view for view in reconstruction.views if view.name in known.boxes_px]
     points_m = known.points_m - 0.5 * (known.points_m.min(axis=0) + known.points_m.max(axis=0))
     boxes = np.array([known.boxes_px[view.name] for view in views])
-    units_per_metre, yaw, sigma = _fitted(points_m, views, boxes, level, level @ middle)
+    units_per_metre, yaw, sigma = _fit(points_m, views, boxes, level, level @ middle)
     along = level.rotation.T @ (math.cos(yaw), math.sin(yaw), 0.0)
     alignment = standing_alignment(
         reconstruction, gravity, 1.0 / units_per_metre, middle[None], along, sigma
@@ -108,7 +110,7 @@ def align_by_object(
     return replace(alignment, warnings=(warning, *alignment.warnings))
 
 
-def _fitted(
+def _fit(
     points_m: FloatArray,
     views: Sequence[View],
     boxes: FloatArray,
@@ -144,11 +146,11 @@ def _fitted(
     spare = max(len(off) - UNKNOWNS, 1)
     rms_px = math.sqrt(float(off @ off) / spare)
     side_px = float((boxes[:, 2:] - boxes[:, :2]).mean())
-    if rms_px > MOST_OFF * side_px:
+    if rms_px > MAX_MISFIT * side_px:
         raise ValueError(
             f"known object: its outline misses the boxes by {rms_px:.0f} px, limit "
-            f"{MOST_OFF * side_px:.0f} ({MOST_OFF:.0%} of their size); draw each box close around "
-            "the whole object, and see whether its size is width, depth, height in metres"
+            f"{MAX_MISFIT * side_px:.0f} ({MAX_MISFIT:.0%} of their size); draw each box close "
+            "around the whole object, and see whether its size is width, depth, height in metres"
         )
     spread = np.linalg.pinv(best.jac.T @ best.jac) * max(rms_px, DRAWN_PX) ** 2
     return math.exp(best.x[0]), float(best.x[1]), math.sqrt(float(spread[0, 0]))

@@ -1,4 +1,4 @@
-"""Which way is up in a reconstruction, and where the floor is.
+"""Up direction and floor of a reconstruction.
 
 Two sources, the better first. The floor: the lowest large level plane of the sparse points. Before
 it, and where there is none: people hold a camera level, so that the photos' own x axes are
@@ -22,10 +22,14 @@ CAMERA_TILT_DEG = 3.0
 """How far off the up direction from the cameras alone may well be."""
 
 SEARCH_TILT_DEG = 15.0
-LEAST_POINTS = 40
-LEAST_SHARE = 0.01
+"""Tilt from the first estimate of up within which a floor is looked for, degrees."""
+MIN_POINTS = 40
+"""Points on a floor at least, and below the cameras to look for one."""
+MIN_FLOOR_SHARE = 0.01
+"""Share of all points that lie on a floor at least."""
 TRIES = 2000
-MOST_BELOW = 0.04
+"""Planes through three random points that are tried."""
+MAX_SHARE_BELOW = 0.04
 """A floor has at most this share of all points below it; a table top has more."""
 
 
@@ -57,7 +61,7 @@ def find_gravity(reconstruction: Reconstruction, *, rng: np.random.Generator) ->
     """
     up = up_from_cameras(reconstruction)
     points = reconstruction.points
-    if len(points) < LEAST_POINTS:
+    if len(points) < MIN_POINTS:
         lowest = min(float(up @ v.world_from_camera.translation) for v in reconstruction.views)
         return Gravity(up, lowest, CAMERA_TILT_DEG, math.inf, 0)
     eyes = np.stack([v.world_from_camera.translation for v in reconstruction.views])
@@ -112,7 +116,7 @@ def _floor_plane(
     """The lowest of the large level planes below the cameras (RANSAC, then least squares)."""
     heights = points @ up
     below = points[heights < eye_height - 10 * near]
-    if len(below) < LEAST_POINTS:
+    if len(below) < MIN_POINTS:
         return None
     picks = rng.integers(len(below), size=(TRIES, 3))
     a, b, c = (below[picks[:, k]] for k in range(3))
@@ -126,18 +130,18 @@ def _floor_plane(
     for normal, offset in zip(normals, offsets, strict=True):
         off = points @ normal - offset
         on = int(np.count_nonzero(np.abs(off) < near))
-        if on < max(LEAST_POINTS, LEAST_SHARE * len(points)):
+        if on < max(MIN_POINTS, MIN_FLOOR_SHARE * len(points)):
             continue
-        if np.count_nonzero(off < -3 * near) > MOST_BELOW * len(points):
+        if np.count_nonzero(off < -3 * near) > MAX_SHARE_BELOW * len(points):
             continue
         if best is None or on > best[0]:
             best = (on, normal, float(offset))
     if best is None:
         return None
-    return _fitted(points, best[1], best[2], near)
+    return _fit(points, best[1], best[2], near)
 
 
-def _fitted(points: FloatArray, up: FloatArray, floor: float, near: float) -> Gravity:
+def _fit(points: FloatArray, up: FloatArray, floor: float, near: float) -> Gravity:
     on = points
     for _ in range(5):
         on = points[np.abs(points @ up - floor) < near]

@@ -48,7 +48,7 @@ def save_alignment(alignment: Alignment, folder: Path) -> None:
 
 
 def load_alignment(folder: Path) -> Alignment:
-    """What `save_alignment` wrote.
+    """Read the alignment that `save_alignment` wrote.
 
     Raises:
         ValueError: the file is missing or damaged.

@@ -32,7 +32,7 @@ OBJECT_LIMITS = Limits(finest_m=0.0015, widest_m=0.012, edge_m=0.002, fold_m=0.0
 
 @dataclass(frozen=True, slots=True)
 class ScanImperfections:
-    """What is wrong with the scan, as deviations of normal noise unless said otherwise.
+    """Faults of a scan, as deviations of normal noise unless said otherwise.
 
     Attributes:
         along_normal_m: position noise of every splat along its normal.
@@ -99,7 +99,7 @@ def bake(
         silhouette_bias_m=ROOM_SILHOUETTE_BIAS * flaws.silhouette_bias_m,
         limits=ROOM_LIMITS,
     )
-    cloud = _flawed(static, flaws, rng, scale)
+    cloud = _add_flaws(static, flaws, rng, scale)
     if flaws.floaters:
         cloud = concatenate([cloud, _floaters(room, cloud, flaws.floaters, rng)])
     models = []
@@ -139,14 +139,14 @@ def _model(
         item.object_id,
         item.object_id.replace("-", " ").capitalize(),
         item.kind,
-        _flawed(lit, flaws, rng, scale),
+        _add_flaws(lit, flaws, rng, scale),
         (w * scale, d * scale, h * scale),
         float(pose.translation[2]) * scale,
         Pose(pose.rotation, pose.translation * scale),
     )
 
 
-def _flawed(
+def _add_flaws(
     discs: Discs, flaws: ScanImperfections, rng: np.random.Generator, scale: float
 ) -> SplatCloud:
     """The discs as splats, with the imperfections."""
@@ -186,7 +186,7 @@ def _floaters(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Surroundings:
-    """What stands around an object during the scan, for its light."""
+    """Surfaces around an object during the scan, for its light."""
 
     room: PhysicalRoom
     meshes: tuple[tuple[TexturedMesh, Pose], ...]

@@ -30,21 +30,33 @@ THIN_M = 0.0007
 COVER = 0.8
 """Deviation of a disc over the local spacing: neighbours overlap without a gap, and blur little."""
 EDGE_ANGLE_RAD = 0.6
+"""Angle between faces from which on their edge is sharp, radians."""
 FOLD_ANGLE_RAD = 0.12
+"""Angle from which on it is a fold that splats must not stick out of, radians."""
 HIDDEN_M = 0.04
+"""Height of free space above a point that a camera could see it from, metres."""
 LOOKS = 10
+"""Directions in which that is tried."""
 HALO_REACH = 2.6
 """A disc is narrowed until points this many deviations out are near the surface."""
 SHRINK = (1.0, 0.8, 0.64, 0.51, 0.41, 0.33, 0.26, 0.2, 0.15)
+"""Factors by which a disc is made smaller until it does not stick out."""
 FILL_SHARE = 0.15
+"""Share of the splats kept back for gaps between the first."""
 FILL_ROUNDS = 2
+"""Rounds in which gaps are filled."""
 CHECKS_PER_SPLAT = 2.5
+"""Points of the surface a splat at which gaps are looked for."""
 NEIGHBOURS = 10
+"""Splats that a point's colour is blended of."""
 PEAK_ALPHA = 0.95
+"""Opacity in a splat's middle."""
 HOLE = 0.04
 """Light that passes between the discs where another one is needed."""
 COLOUR_ROUNDS = 3
+"""Rounds in which colours are corrected for the blur of overlapping splats."""
 SHARPEN = 0.2
+"""Change of a colour (0..1) by that at most."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -82,7 +94,7 @@ def cover(
     folds = find_edges(soup, angle_rad=FOLD_ANGLE_RAD, step_m=0.008)
     wanted = max(1, round((1 - FILL_SHARE) * count))
     sites, pool, areas = choose_sites(soup, edges, folds, wanted, limits=limits, rng=rng)
-    sites = sites.select(np.flatnonzero(_exposed(scene, sites.where, sites.frames[:, 2])))
+    sites = sites.select(np.flatnonzero(_is_exposed(scene, sites.where, sites.frames[:, 2])))
     looseness = np.ones(len(sites))
     if len(sites) > NEIGHBOURS:
         distance = np.sort(neighbour_distances(sites, 10)[1], axis=1)
@@ -91,7 +103,7 @@ def cover(
     sites = fitter.fitted(replace(sites, spacing=COVER * sites.spacing * looseness[:, None]))
     keep = min(1.0, CHECKS_PER_SPLAT * count / len(pool))
     kept = np.flatnonzero(rng.random(len(pool)) < keep)
-    kept = kept[_exposed(scene, pool.where[kept], pool.frames[kept, 2])]
+    kept = kept[_is_exposed(scene, pool.where[kept], pool.frames[kept, 2])]
     checks, areas = pool.select(kept), areas[kept]
     doubted = checks
     for _ in range(FILL_ROUNDS):
@@ -99,7 +111,7 @@ def cover(
         if not len(missing):
             break
         more, doubted = doubted.select(missing), doubted.select(bare)
-        sites = _joined(sites, fitter.fitted(replace(more, spacing=COVER * more.spacing)))
+        sites = _join(sites, fitter.fitted(replace(more, spacing=COVER * more.spacing)))
     thickness = np.full((len(sites), 1), THIN_M)
     return Discs(
         sites.where,
@@ -115,11 +127,11 @@ def _exposed_part(soup: Soup, scene: RayScene, rng: np.random.Generator) -> Soup
     owner = np.repeat(np.arange(triangles), 4)
     weights = rng.dirichlet(np.ones(3), len(owner))
     where = np.einsum("nk,nkd->nd", weights, soup.corners[owner])
-    seen = _exposed(scene, where, soup.normals[owner]).reshape(triangles, 4).any(axis=1)
+    seen = _is_exposed(scene, where, soup.normals[owner]).reshape(triangles, 4).any(axis=1)
     return soup.select(np.flatnonzero(seen)) if seen.any() else soup
 
 
-def _exposed(scene: RayScene, where: FloatArray, normals: FloatArray) -> NDArray[np.bool_]:
+def _is_exposed(scene: RayScene, where: FloatArray, normals: FloatArray) -> NDArray[np.bool_]:
     """Whether points can be seen from higher than `HIDDEN_M` above them, in a few directions.
 
     Without this the wall behind a picture, black as no light gets there, would be scanned too, and
@@ -171,7 +183,7 @@ class _Fitter:
     def _along_the_surface(
         self, where: FloatArray, frames: FloatArray, reach: FloatArray
     ) -> FloatArray:
-        """Where a disc sticks out, its long axis goes the way the surface is straightest."""
+        """Turn the long axis of a disc that sticks out to the way the surface is straightest."""
         out = np.maximum(*(self._past(where, frames[:, k] * reach[:, k : k + 1]) for k in (0, 1)))
         sticking = np.flatnonzero(out > self.silhouette_bias_m)
         best = np.full(len(sticking), np.inf)
@@ -256,7 +268,7 @@ def _colours(soup: Soup, sites: Sites, checks: Sites, areas: FloatArray) -> Floa
     return colour
 
 
-def _joined(a: Sites, b: Sites) -> Sites:
+def _join(a: Sites, b: Sites) -> Sites:
     def both(x: NDArray[Any], y: NDArray[Any]) -> NDArray[Any]:
         parts: Sequence[NDArray[Any]] = (x, y)
         return np.concatenate(parts)

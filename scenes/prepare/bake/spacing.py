@@ -29,8 +29,11 @@ FloatArray = NDArray[np.float64]
 IndexArray = NDArray[np.int64]
 
 PER_TRIANGLE = 4
+"""Points in every triangle at which texture and edges are measured."""
 CANDIDATES_PER_SPLAT = 4
+"""Random places per splat, out of which the best spaced are kept."""
 CHUNK = 40_000
+"""Points that are worked on at once, for the memory."""
 SAME_SURFACE_M = 0.004
 """Sites farther apart along the normal belong to different surfaces."""
 GROWTH = 0.6
@@ -44,8 +47,8 @@ PLAIN_SLOPE = 900.0
 """Grey levels per metre added to every slope: it sets how sparse plain surfaces get."""
 SLOPE_POWER = 0.68
 """Spacing falls with slope to this power: 0.5 is the least mean square error, 1 an even error."""
-LONGEST = 3.0
-LONGEST_AT_EDGES = 9.0
+MAX_RATIO = 3.0
+MAX_RATIO_AT_EDGES = 9.0
 """Largest ratios of the two spacings."""
 EDGE_SHARE = 0.9
 """Spacing across a sharp edge over the distance to it."""
@@ -92,7 +95,7 @@ class Sites:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Wishes:
-    """What texture and edges ask for, before the splat count sets the scale."""
+    """Spacings that texture and edges ask for, before the splat count sets the scale."""
 
     turned: FloatArray
     slopes: FloatArray
@@ -131,7 +134,7 @@ def choose_sites(
     )
     wishes = _wishes(soup, structure, edges, folds, points=probes, limits=limits)
     share = np.repeat(soup.areas / PER_TRIANGLE, PER_TRIANGLE)
-    scale = _solved_scale(wishes, share, count, limits)
+    scale = _solve_scale(wishes, share, count, limits)
     _, spacing = _spacing(wishes, scale, limits)
     density = (1.0 / spacing.prod(axis=1)).reshape(triangles, PER_TRIANGLE).mean(axis=1)
     pull = soup.areas * (density + 0.2 * np.average(density, weights=soup.areas))
@@ -229,7 +232,7 @@ def _wishes(
         across, wanted = _across(bends, where, frames, floor_m=floor_m, widest_m=limits.widest_m)
         nearer = wanted < limit
         limit[nearer], axis[nearer] = wanted[nearer], across[nearer]
-    return _Wishes(_turned(frames, angle), slopes, limit, axis)
+    return _Wishes(_turn(frames, angle), slopes, limit, axis)
 
 
 def _across(
@@ -246,13 +249,13 @@ def _across(
     return across, np.maximum(EDGE_SHARE * distance, floor_m)
 
 
-def _turned(frames: FloatArray, angle: FloatArray) -> FloatArray:
+def _turn(frames: FloatArray, angle: FloatArray) -> FloatArray:
     c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
     first = c * frames[:, 0] + s * frames[:, 1]
     return np.stack([first, np.cross(frames[:, 2], first), frames[:, 2]], axis=1)
 
 
-def _solved_scale(wishes: _Wishes, areas: FloatArray, count: int, limits: Limits) -> float:
+def _solve_scale(wishes: _Wishes, areas: FloatArray, count: int, limits: Limits) -> float:
     """The factor on the spacings at which the surface takes `count` sites."""
     step = max(1, len(areas) // 60_000)
     few = _Wishes(
@@ -270,7 +273,7 @@ def _solved_scale(wishes: _Wishes, areas: FloatArray, count: int, limits: Limits
 def _spacing(wishes: _Wishes, scale: float, limits: Limits) -> tuple[FloatArray, FloatArray]:
     """Frames and spacings at a scale: texture first, edges where they ask for less."""
     wanted = np.clip(scale * wishes.slopes**-SLOPE_POWER, limits.finest_m, limits.widest_m)
-    wanted[:, 1] = np.minimum(wanted[:, 1], LONGEST * wanted[:, 0])
+    wanted[:, 1] = np.minimum(wanted[:, 1], MAX_RATIO * wanted[:, 0])
     frames = wishes.turned.copy()
     c = np.einsum("nd,nd->n", wishes.edge_axis, frames[:, 0])
     s = np.einsum("nd,nd->n", wishes.edge_axis, frames[:, 1])
@@ -281,7 +284,7 @@ def _spacing(wishes: _Wishes, scale: float, limits: Limits) -> tuple[FloatArray,
     frames[tight, 0] = wishes.edge_axis[tight]
     frames[tight, 1] = np.cross(frames[tight, 2], frames[tight, 0])
     wanted[tight, 0] = limit[tight]
-    wanted[tight, 1] = np.minimum(along[tight], LONGEST_AT_EDGES * limit[tight])
+    wanted[tight, 1] = np.minimum(along[tight], MAX_RATIO_AT_EDGES * limit[tight])
     return frames, wanted
 
 

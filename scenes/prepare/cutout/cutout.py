@@ -33,12 +33,13 @@ from scenes.state import ObjectModel
 BoolArray = NDArray[np.bool_]
 FloatArray = NDArray[np.float64]
 
-LEAST_SPLATS = 30
+MIN_SPLATS = 30
+"""Splats below which nothing was found."""
 BESIDE_BOX_M = 0.03
 """An object's splats farther outside its box than this float."""
 BELOW_SUPPORT_M = 0.01
 """And those farther below what it stands on: they would leave its colours there."""
-MOST_BESIDE = 0.3
+MAX_SHARE_BESIDE_BOX = 0.3
 """Of the object's opacity: more than this is no haze, and the box must be wrong."""
 
 
@@ -89,9 +90,9 @@ def cut_out(
     """
     require_free_id(package, object_id)
     found = separate(package.room, views, renderer=renderer, viewpoints=package.views)
-    if found.labels.sum() < LEAST_SPLATS:
+    if found.labels.sum() < MIN_SPLATS:
         raise ValueError(
-            f"only {found.labels.sum()} splats were found, wanted {LEAST_SPLATS}: there is no "
+            f"only {found.labels.sum()} splats were found, wanted {MIN_SPLATS}: there is no "
             "object in the boxes, or it is too small in these views; choose nearer ones"
         )
     return make_object(package, found, object_id=object_id, name=name, kind=kind, renderer=renderer)
@@ -107,9 +108,9 @@ def make_object(
     renderer: NativeRenderer,
 ) -> Cutout:
     """The package after the found splats became an object; see `cut_out`."""
-    found, box = _bounded(package, found, renderer)
+    found, box = _bound(package, found, renderer)
     splats = package.room.select(found.labels)
-    mended = _mended(package.room, found, box)
+    mended = _mend_support(package.room, found, box)
     room, cut = divide(
         package.room,
         found.labels,
@@ -148,7 +149,7 @@ def make_object(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Mended:
-    """What becomes of an object's support without it.
+    """Support of an object, mended after the object is taken out.
 
     Attributes:
         shaded: (N,) the room's splats in the object's shadow.
@@ -161,7 +162,7 @@ class _Mended:
     fill: SplatCloud
 
 
-def _mended(room: SplatCloud, found: Separation, box: UprightBox) -> _Mended:
+def _mend_support(room: SplatCloud, found: Separation, box: UprightBox) -> _Mended:
     """The support of what was found, as it is without it."""
     gone = found.labels | found.floaters
     shaded, nothing = np.zeros_like(gone), room.select(np.zeros_like(gone))
@@ -174,10 +175,10 @@ def _mended(room: SplatCloud, found: Separation, box: UprightBox) -> _Mended:
     return _Mended(shaded, lit, fill if fill is not None else nothing)
 
 
-def _bounded(
+def _bound(
     package: ScenePackage, found: Separation, renderer: NativeRenderer
 ) -> tuple[Separation, UprightBox]:
-    """What was found without what is the room's, and the box around it."""
+    """Leave the room's splats out of what was found; return the rest and the box around it."""
     room = package.room
     through = shows_background(room, found.labels, package.views, renderer=renderer)
     through |= found.outliers
@@ -192,8 +193,8 @@ def _bounded(
         room, found.labels & through, _on_object(room, found.labels & ~through, surface)
     )
     found = replace(found, labels=found.labels & ~background)
-    found = _without_haze(room, found, box, surface)
-    return (_with_residual_splats(room, found, box) if box.supported else found), box
+    found = _remove_haze(room, found, box, surface)
+    return (_add_residual_splats(room, found, box) if box.supported else found), box
 
 
 def _on_object(room: SplatCloud, labels: BoolArray, surface: SeenSurface) -> FloatArray:
@@ -205,7 +206,7 @@ def _on_object(room: SplatCloud, labels: BoolArray, surface: SeenSurface) -> Flo
 def _box(
     package: ScenePackage, found: Separation, through: BoolArray, renderer: NativeRenderer
 ) -> tuple[SeenSurface, UprightBox]:
-    """What the room's views show of the found splats, and the box around it or the splats."""
+    """Return the surface that the room's views show of the found splats, and its box."""
     room = package.room
     own = found.labels & ~through
     surface = seen_surface(room, own, package.views, renderer=renderer)
@@ -213,20 +214,20 @@ def _box(
     return surface, upright_box(room.select(own), room.select(~gone), surface, found.masks)
 
 
-def _without_haze(
+def _remove_haze(
     room: SplatCloud, found: Separation, box: UprightBox, surface: SeenSurface
 ) -> Separation:
     """Splats that paint the object but hang well outside its box or below its support float."""
     outside = found.labels & ~box.holds(room.means.astype(np.float64), BESIDE_BOX_M)
     below = found.labels & (room.means[:, 2] < box.support_z_m - BELOW_SUPPORT_M)
     beside = hanging_off(room, outside, surface.own) | below
-    if room.opacities[beside].sum() > MOST_BESIDE * room.opacities[found.labels].sum():
+    if room.opacities[beside].sum() > MAX_SHARE_BESIDE_BOX * room.opacities[found.labels].sum():
         return found
     return replace(found, labels=found.labels & ~beside, floaters=found.floaters | beside)
 
 
-def _with_residual_splats(room: SplatCloud, found: Separation, box: UprightBox) -> Separation:
-    """What the object would leave on its support goes with it, as floaters."""
+def _add_residual_splats(room: SplatCloud, found: Separation, box: UprightBox) -> Separation:
+    """Add the residual splats that would stay on the object's support, as floaters."""
     left = residual_splats(room, found.labels | found.floaters, box.support_z_m)
     return replace(found, floaters=found.floaters | left)
 

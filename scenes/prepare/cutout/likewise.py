@@ -28,9 +28,9 @@ from scenes.state import ObjectModel
 
 VIEWS = 3
 """Masks of an object, as many as a careful person gives."""
-LEAST_TURN_RAD = 0.5
+MIN_TURN_RAD = 0.5
 """From sides so far apart, as a person would choose them."""
-LEAST_IN_SIGHT = 0.8
+MIN_SHARE_IN_SIGHT = 0.8
 """Share of an object's outline that has to be in sight: a mask with a piece missing cuts it off."""
 SOLID = 0.5
 """Share of a pixel's light from which on the pixel is the object's."""
@@ -96,7 +96,7 @@ def taken_apart_like(
 def masks_of(
     scene: ScenePackage, item: ObjectModel, renderer: NativeRenderer
 ) -> tuple[MaskedView, ...]:
-    """Where up to three of a scan's views show one of its objects, each from another side.
+    """Masks of one of a scan's objects in up to three views, each from another side.
 
     Raises:
         ValueError: no view shows enough of it.
@@ -108,15 +108,15 @@ def masks_of(
     chosen: list[tuple[MaskedView, float]] = []
     for view, _, bearing in ranked:
         apart = [abs(math.remainder(bearing - other, 2.0 * math.pi)) for _, other in chosen]
-        if len(chosen) == VIEWS or any(turn < LEAST_TURN_RAD for turn in apart):
+        if len(chosen) == VIEWS or any(turn < MIN_TURN_RAD for turn in apart):
             continue
-        masked = _masked(scene, item, view, renderer)
+        masked = _mask(scene, item, view, renderer)
         if masked is not None:
             chosen.append((masked, bearing))
     if not chosen:
         raise ValueError(
             f"{item.object_id}: none of the scan's {len(scene.views)} views shows "
-            f"{LEAST_IN_SIGHT:.0%} of it"
+            f"{MIN_SHARE_IN_SIGHT:.0%} of it"
         )
     return tuple(masked for masked, _ in chosen)
 
@@ -151,7 +151,7 @@ def _bearing(view: ViewPoint, item: ObjectModel) -> float:
     return math.atan2(float(eye[1]), float(eye[0]))
 
 
-def _masked(
+def _mask(
     scene: ScenePackage, item: ObjectModel, view: ViewPoint, renderer: NativeRenderer
 ) -> MaskedView | None:
     """An object's mask in a view; None where something hides too much of it."""
@@ -161,7 +161,7 @@ def _masked(
     front = front_of(renderer, posed, place, view.camera, view.world_from_camera)
     alone = renderer.render([posed[place]], view.camera, view.world_from_camera)
     mask = front.share > SOLID
-    if mask.sum() < LEAST_IN_SIGHT * max(int((alone.alpha > SOLID).sum()), 1):
+    if mask.sum() < MIN_SHARE_IN_SIGHT * max(int((alone.alpha > SOLID).sum()), 1):
         return None
     rows, columns = np.nonzero(mask)
     box = (columns.min(), rows.min(), columns.max() + 1, rows.max() + 1)

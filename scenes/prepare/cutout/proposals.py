@@ -1,5 +1,5 @@
 # pyright: standard
-"""What looks movable in a room: bodies that stand free on the floor or on a table."""
+"""Proposals of movable objects: bodies that stand free on the floor or on a table."""
 
 from __future__ import annotations
 
@@ -9,34 +9,42 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation, binary_erosion, binary_fill_holes
 
+from scenes.prepare.cutout.connected_bodies import bodies
 from scenes.prepare.cutout.labelling.separate import Separation
+from scenes.prepare.cutout.level_planes import LevelPlane, level_planes, on_planes
 from scenes.prepare.cutout.object.upright_box import UprightBox, upright_box
-from scenes.prepare.cutout.structure.connected_bodies import bodies
-from scenes.prepare.cutout.structure.level_planes import LevelPlane, level_planes, on_planes
 from scenes.splats import SplatCloud
 
 REACH_M = 0.05
 """Objects closer to each other than this are proposed as one."""
 SIZE_M = (0.03, 1.3)
 """Shortest and longest side of what a person would move."""
-LEAST_SHARE = 0.01
+MIN_LEVEL_SHARE = 0.01
 """Of the room's level area: what lies at one height to be a support."""
 LEVEL = 0.5
 """Upward spread of a splat, as a share of its largest, below which it lies level."""
 PATCH_REACH_M = 0.1
+"""Distance between splats of one patch of a support, metres."""
 PATCH_M2 = 0.4
 """Level patches of less area, counted in cells they touch, are parts of objects."""
 CELL_M = 0.01
+"""Side of a cell of an outline, metres."""
 RING_GAP_CELLS = 3
+"""Gaps of an outline of contact that are closed, in cells to either side."""
 MARGIN_CELLS = 5
+"""Cells around an outline."""
 CONTACT_M = 0.03
 """How far above its support an object's outline there is looked at."""
-LEAST_SPLATS = 60
+MIN_SPLATS = 60
+"""Splats of a body at least."""
 STANDING_M = 0.03
 """How far above its support an object's lowest splats may lie."""
 RING_M = 0.2
+"""Width of the ring around a body in which its support is looked for, metres."""
 SECTORS = 16
-LEAST_SCORE = 0.5
+"""Directions in which a body has to be surrounded by its support."""
+MIN_SCORE = 0.5
+"""Score below which nothing is proposed."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,7 +68,7 @@ def propose(room: SplatCloud) -> tuple[Proposal, ...]:
     Args:
         room: world frame, metres, Z up.
     """
-    planes = level_planes(room, least_share=LEAST_SHARE)
+    planes = level_planes(room, min_share=MIN_LEVEL_SHARE)
     flat = _support(room, planes)
     standing = np.flatnonzero(~flat)
     if not len(standing):
@@ -122,7 +130,7 @@ def _proposal(
     planes: tuple[LevelPlane, ...],
 ) -> Proposal | None:
     """The body as a proposal, unless it is too small, too large or stands on nothing."""
-    if len(chosen) < LEAST_SPLATS:
+    if len(chosen) < MIN_SPLATS:
         return None
     points = room.means[chosen].astype(np.float64)
     low, high = np.percentile(points, (1, 99), axis=0)
@@ -133,7 +141,7 @@ def _proposal(
         return None
     height = min(below, key=lambda plane: abs(low[2] - plane.height_m)).height_m
     score = _surrounded(room, flat, low, high, height)
-    if score < LEAST_SCORE:
+    if score < MIN_SCORE:
         return None
     labels = np.zeros(len(room), dtype=bool)
     labels[_with_underside(room, chosen, flat, height)] = True

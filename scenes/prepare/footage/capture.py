@@ -22,6 +22,7 @@ PICTURE_SUFFIXES = (
 )
 CAPTURE_FILE = "capture.json"
 JPEG_QUALITY = 96
+"""Quality of stored frames."""
 NOT_READ = frozenset({Reason.UNREADABLE, Reason.FOREIGN, Reason.SPHERICAL})
 MAX_NAMED = 5
 """Files that a message names; the others it counts."""
@@ -143,7 +144,7 @@ class Capture:
         return dict(Counter(str(r.reason) for r in self.rejected).most_common())
 
     def not_read(self) -> str:
-        """Which files were not read, and what helps; empty if all were."""
+        """Files that were not read, in words, and what helps; empty if all were."""
         files = [r.source for r in self.rejected if r.reason in NOT_READ]
         if not files:
             return ""
@@ -164,7 +165,7 @@ def some_of(words: Sequence[str], separator: str = ", ") -> str:
 
 
 def _remedy(files: Sequence[str]) -> str:
-    """What to do about files that were not read."""
+    """Return advice on files that were not read."""
     suffixes = {Path(name).suffix.lower() for name in files}
     if suffixes & HEIF_SUFFIXES:
         install = "" if reads_heif() else ", or install pi-heif, which reads HEIC"

@@ -27,7 +27,9 @@ METADATA = (b"sv3d", b"GSpherical:Spherical", b"GPano:ProjectionType")
 METADATA_BYTES = 4 << 20
 """Spherical metadata lie near the start or the end of a file, with the other metadata."""
 VIEWS = 6
+"""Views around the horizon: neighbours share a third of their width."""
 FIELD_OF_VIEW = math.radians(90.0)
+"""Field of view of each, radians."""
 LABELS = "abcdef"
 
 

@@ -1,5 +1,5 @@
 # pyright: standard
-"""Which frames of a video are used: evenly along the camera's motion, the sharpest of each step."""
+"""Choice of a video's frames: evenly along the camera's motion, the sharpest of each step."""
 
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ from scenes.prepare.progress import Progress, silent
 
 FRAMES_FOLDER = "frames"
 SYSTEM_FILES = frozenset({"Thumbs.db", "desktop.ini"})
-"""What systems leave in folders of pictures, which nobody brought."""
+"""Files that systems leave in folders of pictures, which nobody brought."""
 
 
 def gather(
@@ -81,7 +81,7 @@ def gather(
 
 
 def capture_key(source: Path | Sequence[Path], options: CaptureOptions) -> dict[str, Any]:
-    """What `gather` chooses from and how, as plain values: other files give another key.
+    """Return all that `gather` depends on, as plain values: other files give another key.
 
     Raises:
         CaptureError: there is nothing to choose from.
@@ -119,7 +119,7 @@ def _files(source: Path | Sequence[Path]) -> tuple[list[Path], str]:
 
 
 def _passed_over(source: Path, files: Sequence[Path]) -> tuple[Rejected, ...]:
-    """What else is in the folder: it is not read, and its owner may think that it is."""
+    """List the other files of the folder: their owner may think that they are read."""
     if not source.is_dir():
         return ()
     taken = set(files)
@@ -136,7 +136,7 @@ def _passed_over(source: Path, files: Sequence[Path]) -> tuple[Rejected, ...]:
 
 
 def _key(files: Sequence[Path], options: CaptureOptions) -> dict[str, Any]:
-    """What the choice depends on, as plain values."""
+    """Return all that the choice depends on, as plain values."""
     values = {
         "files": [_stamp(file) for file in files],
         "reads_heif": reads_heif(),

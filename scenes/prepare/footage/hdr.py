@@ -15,17 +15,20 @@ WHITE_NITS = 203.0
 PEAK_NITS = 1000.0
 """Of the screen that HLG is graded on; its system gamma is then 1.2. Source: ITU-R BT.2100."""
 SYSTEM_GAMMA = 1.2
+"""System gamma of HLG for a display of 1000 nits (ITU-R BT.2100)."""
 LUMINANCE = np.array([0.2627, 0.6780, 0.0593], dtype=np.float32)
+"""Weights of red, green and blue in luminance (ITU-R BT.2020)."""
 REC709_FROM_REC2020 = np.array(
     [[1.6605, -0.5876, -0.0728], [-0.1246, 1.1329, -0.0083], [-0.0182, -0.1006, 1.1187]],
     dtype=np.float32,
 )
 """Source: ITU-R BT.2087."""
 CODES = 65_536
+"""Values of a 16-bit signal."""
 
 
 def hdr_kind(frame: Any) -> str:
-    """What HDR a video's frame is; empty for standard range."""
+    """Kind of HDR of a video's frame; empty for standard range."""
     return NAMES.get(int(frame.color_trc or 0), "")
 
 

@@ -14,7 +14,9 @@ from scenes.prepare.footage.capture import CaptureError
 from scenes.warp import WarpTable, warp, warp_table
 
 FIELD_OF_VIEW = math.radians(90.0)
+"""Field of view of each view, radians."""
 WIDEST_YAW = math.radians(60.0)
+"""Turn of the outer views from the lens's axis at most, radians."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -32,10 +32,13 @@ from scenes.prepare.footage.sharpness import Quality, Reason, judge, shrunk, ver
 from scenes.prepare.progress import Progress
 
 FILM_DIAGONAL_MM = math.hypot(36.0, 24.0)
+"""Diagonal of a 35 mm picture, of which EXIF gives equivalent focal lengths."""
 THUMB_PX = 64
+"""Size at which photos are compared for being the same."""
 ALIKE_GREY_LEVELS = 1.5
 """Photos whose thumbnails differ by less on average are the same picture."""
 JUDGING_SHARE = 0.5
+"""Share of the progress that judging takes; copying takes the rest."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +77,7 @@ def gather_photos(
         CaptureError: too few are usable.
         OSError: a picture cannot be written.
     """
-    kept_files, rejected = _judged(files, options, progress)
+    kept_files, rejected = _judge(files, options, progress)
     rejected.extend(passed_over)
     if len(kept_files) < options.least_frames:
         raise too_few(name, len(kept_files), rejected, wanted=options.least_frames)
@@ -166,7 +169,7 @@ def write_jpeg(path: Path, bgr: NDArray[np.uint8]) -> None:
     write_file(path, [data.tobytes()])
 
 
-def _judged(
+def _judge(
     files: Sequence[Path], options: CaptureOptions, progress: Progress
 ) -> tuple[list[tuple[Path, Quality]], list[Rejected]]:
     judged: list[tuple[Path, Quality]] = []

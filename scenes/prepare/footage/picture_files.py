@@ -14,7 +14,7 @@ from PIL import ExifTags, Image
 from scenes.formats.storage.atomic import write_file
 
 HEIF_SUFFIXES = frozenset({".heic", ".heif", ".hif", ".avif"})
-"""What phones store instead of JPEG."""
+"""Formats that phones store instead of JPEG."""
 UPRIGHT = 1
 """EXIF's number for a picture that is shown as it is stored."""
 APP1, START_OF_SCAN = b"\xe1", b"\xda"

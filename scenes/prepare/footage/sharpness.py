@@ -15,9 +15,13 @@ GreyPicture = NDArray[np.uint8]
 LOOK_PX = 640
 """Longest side at which pictures are judged, so that a camera's resolution does not matter."""
 REBLUR_TAPS = 9
+"""Taps of the box filter that a picture is blurred by again (Crete et al. 2007)."""
 FLOW_PX = 320
+"""Size at which points are followed, px."""
 CORNERS = 200
-LEAST_TRACKS = 12
+"""Corners that are followed at most."""
+MIN_TRACKS = 12
+"""Corners followed below which motion is not known."""
 AGREE_PX = 1.0
 """A corner tracked there and back again ends where it began."""
 
@@ -37,7 +41,7 @@ class Reason(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Quality:
-    """What a single picture is worth.
+    """Measured quality of a single picture.
 
     Attributes:
         brightness: mean grey level, 0..255.
@@ -114,19 +118,19 @@ def displacement(before: GreyPicture, after: GreyPicture) -> float:
     if a.shape != b.shape:
         return 1.0
     corners = cv2.goodFeaturesToTrack(a, CORNERS, 0.01, 6)
-    if corners is None or len(corners) < LEAST_TRACKS:
+    if corners is None or len(corners) < MIN_TRACKS:
         return 1.0
     corners = corners.reshape(-1, 2).astype(np.float32)
-    moved, found = _tracked(a, b, corners)
-    back, found_back = _tracked(b, a, moved)
+    moved, found = _track(a, b, corners)
+    back, found_back = _track(b, a, moved)
     kept = found & found_back & (np.linalg.norm(back - corners, axis=1) < AGREE_PX)
-    if kept.sum() < max(LEAST_TRACKS, len(corners) // 5):
+    if kept.sum() < max(MIN_TRACKS, len(corners) // 5):
         return 1.0
     steps = np.linalg.norm(moved - corners, axis=1)[kept]
     return min(1.0, float(np.quantile(steps, 0.75)) / a.shape[1])
 
 
-def _tracked(
+def _track(
     before: GreyPicture, after: GreyPicture, points: NDArray[np.float32]
 ) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
     moved, found, _ = cv2.calcOpticalFlowPyrLK(  # pyright: ignore[reportCallIssue]

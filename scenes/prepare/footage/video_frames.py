@@ -56,8 +56,10 @@ SHORT_S = 20.0
 """A shorter video shows no room from all sides at the pace of a walk, seconds: docs/preparation.md
 asks for one to two minutes."""
 LOOKING_SHARE = 0.7
+"""Share of the progress that looking through a video takes."""
 LITTLE_OVERLAP = 0.35
-LONGEST_SMEAR = 8
+"""Motion between chosen frames, in pictures, from which on their overlap is small."""
+MAX_SMEAR = 8
 """Looks for which a smeared passage is bridged."""
 FEWER_PANORAMAS = 3
 """A 360° picture shows the whole room, so fewer places are enough."""
@@ -114,7 +116,7 @@ def gather_video(
     ]
     if len(taken) < options.least_frames:
         raise _too_few_frames(file, looks[-1].t_s, len(taken), rejected, options.least_frames)
-    frames = _written(file, folder, [looks[i] for i in chosen], options, film, progress)
+    frames = _write(file, folder, [looks[i] for i in chosen], options, film, progress)
     return Capture(
         CaptureKind.PANORAMA if film.is_panorama else CaptureKind.VIDEO,
         file.name,
@@ -128,7 +130,7 @@ def gather_video(
 
 @dataclass(frozen=True, slots=True)
 class _Film:
-    """What kind of pictures a video holds.
+    """Kind of pictures that a video holds.
 
     Attributes:
         rig_views: views to cut where the lenses are calibrated.
@@ -146,7 +148,7 @@ class _Film:
         return bool(self.rig_views or self.flat_views)
 
     def notes(self) -> tuple[str, ...]:
-        """What was done to the pictures, in whole sentences."""
+        """Changes made to the pictures, in whole sentences."""
         notes: list[str] = []
         if self.flat_views:
             notes.append(
@@ -169,8 +171,8 @@ def _film(file: Path, options: CaptureOptions) -> _Film:
     """
     greys: list[NDArray[np.uint8]] = []
     hdr, size = "", (0, 0)
-    with _opened(file) as (container, stream):
-        for index, _, frame in _decoded(file, container, stream):
+    with _open(file) as (container, stream):
+        for index, _, frame in _decode(file, container, stream):
             hdr, size = hdr_kind(frame), (frame.width, frame.height)
             if options.rig is not None or not is_two_to_one(*size):
                 break
@@ -214,16 +216,16 @@ def _looks(file: Path, options: CaptureOptions, progress: Progress) -> list[Look
     looks: list[Look] = []
     before: NDArray[np.uint8] | None = None
     sharp_blur, passed_over = 0.0, 0
-    with _opened(file) as (container, stream):
+    with _open(file) as (container, stream):
         total = _frame_count(container, stream)
         stride = max(1, total // (LOOKS_PER_FRAME * options.frames)) if total else 3
-        for index, t_s, frame in _decoded(file, container, stream):
+        for index, t_s, frame in _decode(file, container, stream):
             if index % stride:
                 continue
             grey = _grey(frame)
             quality = judge(grey)
             smeared = quality.blur > sharp_blur + options.quality.blur_over_typical
-            if before is not None and smeared and passed_over < LONGEST_SMEAR:
+            if before is not None and smeared and passed_over < MAX_SMEAR:
                 looks.append(Look(index, t_s, quality, 0.0))
                 passed_over += 1
             else:
@@ -238,7 +240,7 @@ def _looks(file: Path, options: CaptureOptions, progress: Progress) -> list[Look
     return looks
 
 
-def _written(
+def _write(
     file: Path,
     folder: Path,
     looks: list[Look],
@@ -249,8 +251,8 @@ def _written(
     wanted = {look.index: look for look in looks}
     frames: list[Frame] = []
     taken = 0
-    with _opened(file) as (container, stream):
-        for index, t_s, frame in _decoded(file, container, stream):
+    with _open(file) as (container, stream):
+        for index, t_s, frame in _decode(file, container, stream):
             look = wanted.pop(index, None)
             if look is None:
                 continue
@@ -280,7 +282,7 @@ def _written(
 def _pictures(
     picture: NDArray[np.uint8], options: CaptureOptions, film: _Film
 ) -> list[tuple[str, NDArray[np.uint8], float | None]]:
-    """What is stored of one frame: label, picture and focal length where it is known."""
+    """Pictures to store of one frame: label, picture and focal length if it is known."""
     if film.flat_views:
         return [(f"_{v.label}", cut(picture, v), v.focal_px) for v in film.flat_views]
     if options.rig is None:
@@ -305,7 +307,7 @@ def _gaps(
 
 
 @contextmanager
-def _opened(file: Path) -> Iterator[tuple[Any, Any]]:
+def _open(file: Path) -> Iterator[tuple[Any, Any]]:
     try:
         container = av.open(str(file))
     except (FFmpegError, OSError) as error:
@@ -324,7 +326,7 @@ def _opened(file: Path) -> Iterator[tuple[Any, Any]]:
         yield container, stream
 
 
-def _decoded(file: Path, container: Any, stream: Any) -> Iterator[tuple[int, float, Any]]:
+def _decode(file: Path, container: Any, stream: Any) -> Iterator[tuple[int, float, Any]]:
     """(number, seconds, frame) of every readable frame; a damaged end is a shorter video."""
     index = 0
     try:

@@ -103,7 +103,7 @@ def upright_scene(
     level = find_level(cloud, convention="z" if in_world else FILE_UP, up=up)
     height = level.ceiling - level.floor
     metres = _metres_per_unit(path, unit, height, known=in_world)
-    room = _scaled(turned(cloud, upright(level)), metres)
+    room = _scale(turned(cloud, upright(level)), metres)
     floor = (
         f"the highest level surface is {metres * height:.2f} m above the floor"
         if level.found
@@ -168,7 +168,7 @@ def with_collision(
 
 
 def no_movable_object(name: str) -> str:
-    """What is said of a scene in which only people can move."""
+    """Warning about a scene in which only people can move."""
     if name.endswith(".gnx"):
         return f"{name} has no movable object, so only people walk; 'nexus cut {name} --propose'"
     package = f"{Path(name).name.split('.')[0] or 'room'}.gnx"
@@ -193,5 +193,5 @@ def _metres_per_unit(path: Path, unit: Unit, height: float, *, known: bool) -> f
     return metres
 
 
-def _scaled(cloud: SplatCloud, metres: float) -> SplatCloud:
+def _scale(cloud: SplatCloud, metres: float) -> SplatCloud:
     return replace(cloud, means=cloud.means * metres, scales=cloud.scales * metres)

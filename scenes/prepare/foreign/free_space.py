@@ -1,4 +1,4 @@
-"""Where a camera could stand in a room of splats: free, above a floor, away from surfaces."""
+"""Places for a camera in a room of splats: free, above a floor, away from surfaces."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ image_filters: Any = _ndimage
 CELL_M = 0.1
 """Side of a voxel, metres: less than a person's arm, more than most gaps between splats."""
 
-LEAST_WIDTH_M = 1.0
+MIN_WIDTH_M = 1.0
 """Of a room, metres."""
 
-MOST_CELLS = 20_000_000
+MAX_CELLS = 20_000_000
 """Voxels at most; cells grow in what is larger than a hall."""
 
-LEAST_OPACITY = 0.3
+MIN_OPACITY = 0.3
 """Fainter splats stop nobody."""
 
 EYE_M = 1.3
@@ -50,6 +50,7 @@ PLACES = 14
 """Places to look from, at most: 84 views, so that two or more see a surface of a large room."""
 
 VIEW_PX = 240
+"""Size of the pictures by which a place is judged, px."""
 VIEW_FOV_DEG = 100.0
 """Six views of 90° cover the sphere; the rest is overlap, as two views must agree on a surface."""
 
@@ -98,7 +99,7 @@ def find_free_space(room: SplatCloud, *, ceiling_m: float) -> FreeSpace:
     """
     around = clearance(room)
     low, cell, floor = around.low_m, around.cell_m, around.floor
-    stand, places = _chosen(around.distance_m, floor, low, cell, ceiling_m)
+    stand, places = _choose(around.distance_m, floor, low, cell, ceiling_m)
     columns = np.argwhere(floor)
     corners = np.quantile(columns, (0.005, 0.995), axis=0, method="nearest")
     footprint = low[:2] + cell * (corners + np.array([[0.0], [1.0]]))
@@ -117,15 +118,15 @@ def clearance(room: SplatCloud) -> Clearance:
     points = _surface_points(room)
     low, high = np.quantile(points, (0.01, 0.99), axis=0)
     wide_m = float((high - low)[:2].max())
-    if wide_m < LEAST_WIDTH_M:
+    if wide_m < MIN_WIDTH_M:
         raise ValueError(
-            f"{wide_m:.2g} m wide, limit {LEAST_WIDTH_M:g} m: no room that one can stand in; "
+            f"{wide_m:.2g} m wide, limit {MIN_WIDTH_M:g} m: no room that one can stand in; "
             "is the unit right?"
         )
     low, high = low - 0.5, high + 0.5
     low[2] = min(low[2], -0.5)
     x, y, z = (high - low).tolist()
-    cell = max(CELL_M, (x * y * z / MOST_CELLS) ** (1 / 3))
+    cell = max(CELL_M, (x * y * z / MAX_CELLS) ** (1 / 3))
     shape = np.ceil((high - low) / cell).astype(int) + 1
     index = np.floor((points - low) / cell).astype(int)
     index = index[((index >= 0) & (index < shape)).all(axis=1)]
@@ -164,7 +165,7 @@ def rig_at(stand_m: Sequence[float] | FloatArray) -> Pose:
 
 def _surface_points(room: SplatCloud) -> FloatArray:
     """(N, 3) centres of opaque splats and points on their two long axes, world metres."""
-    opaque = room.opacities >= LEAST_OPACITY
+    opaque = room.opacities >= MIN_OPACITY
     means = room.means[opaque].astype(np.float64)
     scales = room.scales[opaque].astype(np.float64)
     axes = rotation_from_quaternion(room.rotations[opaque].astype(np.float64))
@@ -180,10 +181,10 @@ def _surface_points(room: SplatCloud) -> FloatArray:
     return np.concatenate(points)
 
 
-def _chosen(
+def _choose(
     distance_m: FloatArray, floor: NDArray[np.bool_], low: FloatArray, cell: float, ceiling_m: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Where the camera stands, and places far from each other at several heights."""
+    """Choose the camera's place, and places far from each other at several heights."""
     candidates: list[FloatArray] = []
     clearances: list[FloatArray] = []
     for height_m in HEIGHTS_M:

@@ -1,4 +1,4 @@
-"""Which way is up in a cloud of splats, and where its floor and ceiling are.
+"""Up direction, floor and ceiling of a cloud of splats.
 
 A room's splats are flat and lie on its surfaces, so that a splat's thinnest axis is the surface's
 normal. Floor, ceiling and furniture share one normal; walls stand across it.
@@ -32,13 +32,13 @@ AXES: dict[Up, FloatArray] = {
 AXIS_NAMES: tuple[Up, ...] = ("x", "y", "z")
 """The axes without a sense."""
 
-LEAST_OPACITY = 0.3
+MIN_OPACITY = 0.3
 """Fainter splats are haze; they say nothing of a surface."""
 
 FLAT_SHARE = 0.5
 """A splat is flat if its thinnest axis is at most this share of the next one."""
 
-LARGEST_QUANTILE = 0.98
+MAX_QUANTILE = 0.98
 """Areas above this quantile count as it: a few huge splats are background."""
 
 NEAR_DEG = 20.0
@@ -67,7 +67,7 @@ PEAK_SHARE = 0.2
 """A level is large if it has so much of the largest level's area; a table top has less of a
 floor's, a floor under furniture more of a ceiling's."""
 
-LEAST_LEVEL = 0.04
+MIN_FLOOR_SHARE = 0.04
 """Share of all flat area that a floor has at least."""
 
 
@@ -112,14 +112,14 @@ def find_level(cloud: SplatCloud, *, convention: Up, up: Up | None = None) -> Le
     """
     flat = _flat_splats(cloud)
     if up is not None:
-        chosen, evidence, direction = up, f"up is {up} as said", _refined(flat, AXES[up])
+        chosen, evidence, direction = up, f"up is {up} as said", _refine(flat, AXES[up])
     else:
         chosen, across = _axis(flat, convention)
-        direction = _refined(flat, AXES[chosen])
+        direction = _refine(flat, AXES[chosen])
         upper = _upper_share(flat, direction)
         if upper > CONTENT_DOUBT:
             chosen = _opposite(chosen)
-            direction, upper = _refined(flat, AXES[chosen]), 1.0 - upper
+            direction, upper = _refine(flat, AXES[chosen]), 1.0 - upper
         evidence = (
             f"up is {chosen} of the file: {across}, {100 * (1 - upper):.0f} % of what stands "
             "between floor and ceiling lies in the lower half"
@@ -149,16 +149,16 @@ def upright(level: Level) -> Pose:
 
 def _flat_splats(cloud: SplatCloud) -> _Flat:
     scales = np.sort(cloud.scales.astype(np.float64), axis=1)
-    flat = (cloud.opacities >= LEAST_OPACITY) & (scales[:, 0] <= FLAT_SHARE * scales[:, 1])
+    flat = (cloud.opacities >= MIN_OPACITY) & (scales[:, 0] <= FLAT_SHARE * scales[:, 1])
     if not flat.any():
-        flat = cloud.opacities >= LEAST_OPACITY
+        flat = cloud.opacities >= MIN_OPACITY
     if not flat.any():
-        raise ValueError(f"{len(cloud)} splats, none with an opacity of {LEAST_OPACITY} or more")
+        raise ValueError(f"{len(cloud)} splats, none with an opacity of {MIN_OPACITY} or more")
     thinnest = np.argmin(cloud.scales[flat], axis=1)
     turned = rotation_from_quaternion(cloud.rotations[flat].astype(np.float64))
     normals = np.take_along_axis(turned, thinnest[:, None, None], axis=2)[:, :, 0]
     areas = scales[flat, 1] * scales[flat, 2] * cloud.opacities[flat]
-    areas = np.minimum(areas, np.quantile(areas, LARGEST_QUANTILE))
+    areas = np.minimum(areas, np.quantile(areas, MAX_QUANTILE))
     return _Flat(cloud.means[flat].astype(np.float64), normals, areas)
 
 
@@ -196,12 +196,12 @@ def _upper_share(flat: _Flat, up: FloatArray) -> float:
     return float(flat.areas[between & (heights > 0.5)].sum()) / total
 
 
-def _refined(flat: _Flat, up: FloatArray) -> FloatArray:
+def _refine(flat: _Flat, up: FloatArray) -> FloatArray:
     """The normal of the floor's own plane, fitted in bands that get thinner.
 
     Single normals of a scan lean by a few degrees to the side that was seen; places do not.
     """
-    up = _tilted(flat, up)
+    up = _tilt(flat, up)
     for band in FIT_BANDS:
         floor, ceiling, _ = _levels(flat, up)
         reach = band * (ceiling - floor)
@@ -219,7 +219,7 @@ def _refined(flat: _Flat, up: FloatArray) -> FloatArray:
     return up
 
 
-def _tilted(flat: _Flat, up: FloatArray) -> FloatArray:
+def _tilt(flat: _Flat, up: FloatArray) -> FloatArray:
     """The mean normal of level surfaces where it is clearly off `up`; else `up`."""
     start = up
     for near_deg in (NEAR_DEG, 12.0, 8.0):
@@ -245,7 +245,7 @@ def _levels(flat: _Flat, up: FloatArray) -> tuple[float, float, bool]:
     area, _ = np.histogram(heights[level], bins=edges, weights=flat.areas[level])
     area = np.convolve(area, np.ones(3), mode="same")
     large = np.flatnonzero(area >= PEAK_SHARE * area.max())
-    found = bool(area[large[0]] >= LEAST_LEVEL * flat.areas.sum())
+    found = bool(area[large[0]] >= MIN_FLOOR_SHARE * flat.areas.sum())
     step = float(edges[1] - edges[0])
     floor, ceiling = (
         _median_near(heights[level], flat.areas[level], _peak(area, int(bin_), edges), 2 * step)

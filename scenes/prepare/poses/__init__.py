@@ -1,1 +1,1 @@
-"""Where the pictures were taken."""
+"""Camera poses of the pictures."""

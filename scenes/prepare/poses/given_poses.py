@@ -17,10 +17,10 @@ from scenes.prepare.footage.capture import (
     some_of,
 )
 from scenes.prepare.footage.sharpness import Reason
-from scenes.prepare.poses.import_colmap import find_model, import_colmap
+from scenes.prepare.poses.colmap_folder import find_model, import_colmap
 from scenes.prepare.poses.import_transforms import ignored_in, import_transforms
 from scenes.prepare.poses.sfm.job import SfmOptions
-from scenes.prepare.poses.sfm.run import LEAST_VIEWS, SfmReport
+from scenes.prepare.poses.sfm.run import MIN_VIEWS, SfmReport
 from scenes.prepare.progress import Progress, silent
 from scenes.prepare.reconstruction import Reconstruction
 from scenes.prepare.saved_reconstruction import load_reconstruction, save_reconstruction
@@ -72,9 +72,9 @@ def import_poses(
             "neither a COLMAP model nor a transforms.json",
             "give the folder with cameras, images and points3D, or the JSON file",
         )
-    if len(found.views) < LEAST_VIEWS:
+    if len(found.views) < MIN_VIEWS:
         raise CaptureError(
-            f"{poses}: poses of {len(found.views)} photos, wanted at least {LEAST_VIEWS}; "
+            f"{poses}: poses of {len(found.views)} photos, wanted at least {MIN_VIEWS}; "
             "export more of them"
         )
     save_reconstruction(found, work_dir / KEPT)
@@ -90,7 +90,7 @@ def _transforms_in(poses: Path) -> Path | None:
 
 
 def load_imported(work_dir: Path) -> Reconstruction:
-    """What `import_poses` kept.
+    """Read the reconstruction that `import_poses` kept.
 
     Raises:
         ValueError: it is missing or damaged.
@@ -109,7 +109,7 @@ def as_capture(reconstruction: Reconstruction, pictures: Path) -> Capture:
 
 
 def as_report(reconstruction: Reconstruction, poses: Path, pictures: Path) -> SfmReport:
-    """What there is to say of poses that are taken as they are."""
+    """Report on poses that are taken as they are."""
     names = tuple(view.name for view in reconstruction.views)
     left_out = reconstruction.left_out
     count = sum(file.suffix.lower() in PICTURE_SUFFIXES for file in pictures.iterdir())

@@ -33,7 +33,9 @@ from scenes.prepare.reconstruction import Reconstruction, View
 
 PICTURES_FOLDER = "frames"
 READING_SHARE = 0.3
+"""Share of the progress that reading the pictures takes."""
 ROTATION_TOLERANCE = 1e-3
+"""Difference of a matrix from a rotation, by element, that rounding makes."""
 FRAME_KEYS = frozenset({"file_path", "transform_matrix"})
 
 

@@ -14,7 +14,8 @@ from scenes.prepare.progress import Progress, silent
 from scenes.prepare.reconstruction import Reconstruction, View
 from scenes.prepare.saved_reconstruction import load_reconstruction
 
-LEAST_POINTS_PER_VIEW = 10
+MIN_POINTS_PER_VIEW = 10
+"""Points per picture below which the pictures show too little in common."""
 WORST_POSES = 0.005
 """Median distance of matches from where given poses put them, as a fraction of the width."""
 
@@ -43,42 +44,17 @@ def triangulate(
         OSError: the disk is full or a folder is not writable.
         Cancelled: from `progress`.
     """
-    pictures = []
-    for view in views:
-        camera = view.camera
-        if not isinstance(camera, Pinhole):
-            raise ValueError(  # noqa: TRY004 - the view is of the right type, not of the right kind
-                f"triangulate: {view.name} is no pinhole view, wanted pinhole views"
-            )
-        camera_from_world = view.world_from_camera.inverse()
-        pictures.append(
-            Picture(
-                view.name,
-                lens=f"{camera}",
-                known=KnownPose(
-                    (camera.fx, camera.fy, camera.cx, camera.cy),
-                    tuple(camera_from_world.quaternion().tolist()),
-                    tuple(camera_from_world.translation.tolist()),
-                ),
-            )
-        )
     job = Job(
         work=work_dir / SFM_FOLDER,
         pictures_folder=views[0].image.parent,
-        pictures=tuple(pictures),
+        pictures=tuple(_picture_with_pose(view) for view in views),
         ordered=True,
         options=options or SfmOptions(),
     )
     result = run_worker(job, progress)
-    limit_px = WORST_POSES * views[0].camera.width_px
-    if result.pose_error_px is not None and result.pose_error_px > limit_px:
-        raise CaptureError(
-            f"{source}: matches lie {result.pose_error_px:.1f} px (median) from where the poses "
-            f"put them, limit {limit_px:.1f} px; the poses do not belong to these pictures: "
-            "export both again, or give the pictures alone"
-        )
+    _refuse_wrong_poses(result.pose_error_px, views[0].camera.width_px, source)
     found = load_reconstruction(job.work / "reconstruction")
-    wanted = LEAST_POINTS_PER_VIEW * len(views)
+    wanted = MIN_POINTS_PER_VIEW * len(views)
     if len(found.points) < wanted:
         raise CaptureError(
             f"{source}: only {len(found.points)} points agree with the poses of {len(views)} "
@@ -86,3 +62,32 @@ def triangulate(
             "more of them"
         )
     return Reconstruction(tuple(views), found.points, found.colours, found.errors_px)
+
+
+def _picture_with_pose(view: View) -> Picture:
+    camera = view.camera
+    if not isinstance(camera, Pinhole):
+        raise ValueError(  # noqa: TRY004 - the view is of the right type, not of the right kind
+            f"triangulate: {view.name} is no pinhole view, wanted pinhole views"
+        )
+    camera_from_world = view.world_from_camera.inverse()
+    return Picture(
+        view.name,
+        lens=f"{camera}",
+        known=KnownPose(
+            (camera.fx, camera.fy, camera.cx, camera.cy),
+            tuple(camera_from_world.quaternion().tolist()),
+            tuple(camera_from_world.translation.tolist()),
+        ),
+    )
+
+
+def _refuse_wrong_poses(error_px: float | None, width_px: int, source: str) -> None:
+    """Raise where matches lie too far (median) from where the poses put them."""
+    limit_px = WORST_POSES * width_px
+    if error_px is not None and error_px > limit_px:
+        raise CaptureError(
+            f"{source}: matches lie {error_px:.1f} px (median) from where the poses "
+            f"put them, limit {limit_px:.1f} px; the poses do not belong to these pictures: "
+            "export both again, or give the pictures alone"
+        )

@@ -1,5 +1,5 @@
 # pyright: standard
-"""Which pictures are matched with which: all with all, or neighbours and those that look alike."""
+"""Pairs of pictures to match: all with all, or neighbours and those that look alike."""
 
 from __future__ import annotations
 
@@ -12,8 +12,11 @@ from scipy.cluster.vq import kmeans2
 FloatArray = NDArray[np.float64]
 
 WORDS = 32
+"""Visual words of the vocabulary."""
 TRAINING_DESCRIPTORS = 20_000
+"""Descriptors that the vocabulary is made of."""
 DESCRIPTORS_PER_PICTURE = 1_000
+"""Descriptors of a picture that are counted, the strongest first."""
 
 Pair = tuple[int, int]
 
@@ -65,7 +68,7 @@ def picture_signatures(
         descriptors: (n, 128) uint8 per picture; strongest features first.
         rng: source of the sampling.
     """
-    used = [_rooted(d[:DESCRIPTORS_PER_PICTURE]) for d in descriptors]
+    used = [_take_roots(d[:DESCRIPTORS_PER_PICTURE]) for d in descriptors]
     pool = np.concatenate(used)
     if len(pool) < WORDS:
         return np.zeros((len(descriptors), WORDS))
@@ -83,6 +86,6 @@ def picture_signatures(
     return signatures
 
 
-def _rooted(descriptors: NDArray[np.uint8]) -> FloatArray:
+def _take_roots(descriptors: NDArray[np.uint8]) -> FloatArray:
     values = descriptors.astype(np.float64)
     return values / np.maximum(np.linalg.norm(values, axis=1, keepdims=True), 1e-12)

@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-LEAST_ERROR_PX = 0.3
+MIN_ERROR_PX = 0.3
 """Features are never found better than this, however well a few of them fit."""
 MEDIAN_LENGTH = math.sqrt(2 * math.log(2))
 """Of errors in two directions, in their standard deviations on an axis."""
@@ -46,7 +46,7 @@ def pose_uncertainty_px(
     information = slope.T @ slope
     if np.linalg.cond(information) > 1e14:
         return float("inf")
-    error_px = max(float(np.median(errors_px[ahead])) / MEDIAN_LENGTH, LEAST_ERROR_PX)
+    error_px = max(float(np.median(errors_px[ahead])) / MEDIAN_LENGTH, MIN_ERROR_PX)
     covariance = error_px**2 * np.linalg.inv(information)
     moved = _slope(_places(focal_px, size_px), focal_px)
     return float(np.sqrt(np.einsum("nij,jk,nik->n", moved, covariance, moved).mean()))

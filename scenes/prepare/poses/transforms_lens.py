@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from scenes.cameras import Pinhole
 
 SIZE_TOLERANCE = 0.01
+"""Relative difference of two aspect ratios up to which they are the same."""
 FISHEYE_MODELS = frozenset(
     {"OPENCV_FISHEYE", "FISHEYE", "RADIAL_FISHEYE", "SIMPLE_RADIAL_FISHEYE", "KANNALA_BRANDT"}
 )

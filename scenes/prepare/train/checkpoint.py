@@ -21,7 +21,7 @@ NAME = "training.npz"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Checkpoint:
-    """Where a training stands.
+    """State of a training.
 
     Attributes:
         job: what is being trained and how, in words; another job does not go on from here.

@@ -25,7 +25,7 @@ from scenes.prepare.train.training_photos import Photo
 from scenes.render.renderer import PosedSplats, Renderer, RenderOptions
 from scenes.splats import SplatCloud, concatenate
 
-LONGEST_PX = 160
+MAX_PX = 160
 """Longer side of the pictures in which gaps are looked for, px: a cell of `CELL_PX` of them, in
 which one splat is put, is then a fortieth of a picture, about as wide as the points that stereo
 adds lie apart (`seed.SPACING`) at the distance at which photos see a room."""
@@ -93,7 +93,7 @@ def uncovered_splats(
 
     Args:
         cloud: what is drawn so far.
-        photos: at a size of about `LONGEST_PX`.
+        photos: at a size of about `MAX_PX`.
         renderer: draws them.
         drawing: how.
         box: on which they are put.

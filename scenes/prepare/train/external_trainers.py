@@ -33,9 +33,10 @@ from scenes.render.training import Exposure
 from scenes.workers.child_process import ChildProcess
 
 ITERATIONS = 30_000
-"""What these programs are made for; used where the options end by time alone."""
+"""Steps that these programs are made for; used where the options end by time alone."""
 
 POLL_S = 0.5
+"""Seconds between two looks at the program."""
 PATIENCE_S = 10.0
 """How long a program may take to end once it is asked to."""
 

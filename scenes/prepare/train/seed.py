@@ -19,15 +19,19 @@ from scenes.prepare.train.training_photos import typical_distance
 from scenes.splats import SplatCloud
 
 NEIGHBOURS = 3
+"""Neighbours whose mean distance is a first splat's size."""
 AROUND = 10
+"""Neighbours, itself among them, by which a surface's direction is estimated."""
 FIRST_OPACITY = 0.3
-FEWEST_POINTS = 10
+"""Opacity of first splats."""
+MIN_POINTS = 10
 """Fewer points than this say nothing about a room."""
 SPACING = 0.025
 """Of the points that stereo adds, as a share of the distance at which the photos see the scene."""
 FIRST_SHARE = 0.4
 """Of the budget, at most: the rest goes where the error is."""
 FLATTEST = 0.2
+"""Thickness of a first splat over its width at least."""
 
 
 def seed_rows(
@@ -52,9 +56,9 @@ def seed_rows(
         ValueError: there are too few points.
     """
     points = reconstruction.points
-    if len(points) < FEWEST_POINTS:
+    if len(points) < MIN_POINTS:
         raise ValueError(
-            f"training: {len(points)} points to start from, wanted at least {FEWEST_POINTS}; "
+            f"training: {len(points)} points to start from, wanted at least {MIN_POINTS}; "
             "film again with more overlap and texture"
         )
     colours = reconstruction.colours.astype(np.float32)

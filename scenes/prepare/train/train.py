@@ -12,7 +12,7 @@ from scenes.prepare.progress import Cancelled, Progress
 from scenes.prepare.reconstruction import Reconstruction
 from scenes.prepare.train import checkpoint
 from scenes.prepare.train.checkpoint import Checkpoint
-from scenes.prepare.train.coverage import LONGEST_PX, box_around, uncovered_splats
+from scenes.prepare.train.coverage import MAX_PX, box_around, uncovered_splats
 from scenes.prepare.train.depth.seen_surfaces import judge, surfaces_of
 from scenes.prepare.train.depth.stereo import seen_depths
 from scenes.prepare.train.held_out import draw_photo, psnr_db, score_photo
@@ -38,8 +38,11 @@ from scenes.splats import SplatCloud
 BUILT_IN_VERSION = "built-in 6"
 """Counted up with every change to what it makes of the same photos."""
 REPORT_EVERY = 20
+"""Steps between two reports."""
 LOSS_MEMORY = 0.99
+"""Weight of the past in the running mean of the loss."""
 SAVE_EVERY_S = 60.0
+"""Seconds between two checkpoints."""
 STEREO_SHARE = 0.2
 """Of a training's time that passes before its first step, in depth from photo pairs: 0.2 and 0.27
 of the default's processor time with 64 and 84 photos. Only what progress says depends on it."""
@@ -132,7 +135,7 @@ class _Run:
         )
         self._surfaces = surfaces_of(depths)
         self._photos.surfaces = {surface.view: surface for surface in self._surfaces}
-        self._small = [read_photo(view, LONGEST_PX) for view in self._photos.training]
+        self._small = [read_photo(view, MAX_PX) for view in self._photos.training]
         self._renderer = NativeRenderer()
         self._drawing = RenderOptions(
             background=options.background,
@@ -315,7 +318,7 @@ class _Run:
 
 
 def _describe(options: TrainingOptions, reconstruction: Reconstruction) -> str:
-    """What is trained and how; the end may be moved without starting again."""
+    """Describe what is trained and how; the end may be moved without starting again."""
     names = ",".join(view.name for view in reconstruction.views)
     poses = sum(float(view.world_from_camera.matrix().sum()) for view in reconstruction.views)
     return (

@@ -20,11 +20,12 @@ from scenes.prepare.train.training_photos import Photo, read_photo
 from scenes.render.renderer import Renderer, RenderOptions
 from scenes.splats import SplatCloud, validate
 
-LEAST_PSNR_DB = 15.0
+MIN_PSNR_DB = 15.0
 CLEARLY_BETTER_DB = 2.0
 """If another reading of the file draws the photos so much better, that is how it was meant."""
 VIEWS_CHECKED = 5
-LONGEST_PX = 640
+"""Views that are drawn to see whether the splats fit the photos."""
+MAX_PX = 640
 """Larger photos are checked at this size."""
 
 
@@ -52,13 +53,13 @@ def check_trained(
         where: what to call the splats in messages, such as a file name.
 
     Raises:
-        ValueError: a value is damaged, the PSNR is below `LEAST_PSNR_DB`, or the splats draw the
+        ValueError: a value is damaged, the PSNR is below `MIN_PSNR_DB`, or the splats draw the
             photos clearly better with their numbers in another order; the message says what helps.
     """
     validate(cloud, where)
     views = reconstruction.views
     chosen = np.linspace(0, len(views) - 1, min(VIEWS_CHECKED, len(views))).round().astype(int)
-    checked = [read_photo(views[place], LONGEST_PX) for place in np.unique(chosen)]
+    checked = [read_photo(views[place], MAX_PX) for place in np.unique(chosen)]
     quality = _median_psnr_db(cloud, checked, renderer)
     others = {
         reading: _median_psnr_db(change(cloud), checked, renderer)
@@ -66,15 +67,15 @@ def check_trained(
         if change is not _colour_by_colour or cloud.sh_degree > 0
     }
     reading = max(others, key=lambda name: others[name])
-    if others[reading] >= max(LEAST_PSNR_DB, quality + CLEARLY_BETTER_DB):
+    if others[reading] >= max(MIN_PSNR_DB, quality + CLEARLY_BETTER_DB):
         raise ValueError(
             f"{where}: draws the photos at {quality:.1f} dB, but at {others[reading]:.1f} dB with "
             f"{reading}; write the file in the order of 3D Gaussian splatting"
         )
-    if quality < LEAST_PSNR_DB:
+    if quality < MIN_PSNR_DB:
         raise ValueError(
             f"{where}: draws the photos at {quality:.1f} dB, wanted at least "
-            f"{LEAST_PSNR_DB:.0f} dB; its frame, its coefficients or its quaternions may be in "
+            f"{MIN_PSNR_DB:.0f} dB; its frame, its coefficients or its quaternions may be in "
             "another order; train on these photos, in the frame of their poses "
             "(gsplat: --no-normalize-world-space)"
         )

@@ -1,4 +1,4 @@
-"""What turns photos with poses into splats: the protocol, its options and what comes back."""
+"""Trainer of splats from photos with poses: the protocol, its options and its result."""
 
 from __future__ import annotations
 
@@ -151,7 +151,7 @@ class Moment:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrainingResult:
-    """What a training leaves.
+    """Result of a training.
 
     Attributes:
         cloud: the splats, in the reconstruction's world.

@@ -127,7 +127,7 @@ class FrozenPicture:
         world_from_camera: Pose | None = None,
     ) -> ExactPicture:
         """The picture for other values than those of the base point, mask and order held."""
-        weights, prints = self._blended(clouds, world_from_objects, world_from_camera)
+        weights, prints = self._blend(clouds, world_from_objects, world_from_camera)
         colours = np.array([prints[index].colours[i] for index, i in self._order])
         depths = np.array([prints[index].depths[i] for index, i in self._order])
         alpha = weights.sum(axis=0)
@@ -142,11 +142,11 @@ class FrozenPicture:
         world_from_objects: Sequence[Pose] | None = None,
         world_from_camera: Pose | None = None,
     ) -> tuple[FloatArray, FloatArray]:
-        """Where the picture's light comes from: blend weights (K, H, W) and depths (K,)."""
-        weights, prints = self._blended(clouds, world_from_objects, world_from_camera)
+        """Blend weights (K, H, W) and depths (K,) that the picture's light comes from."""
+        weights, prints = self._blend(clouds, world_from_objects, world_from_camera)
         return weights, np.array([prints[index].depths[i] for index, i in self._order])
 
-    def _blended(
+    def _blend(
         self,
         clouds: Sequence[ExactCloud] | None,
         world_from_objects: Sequence[Pose] | None,

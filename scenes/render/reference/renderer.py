@@ -205,7 +205,7 @@ def _blend(
 
 @dataclass(frozen=True, slots=True)
 class _Layer:
-    """What one splat puts on the pixels of its window."""
+    """Contribution of one splat to the pixels of its window."""
 
     object_id: int
     splat: int  # its place in its object's footprints

@@ -1,16 +1,21 @@
-"""What a random object is covered with: plain, patterned, dark or shiny."""
+"""Finishes of random objects: plain, patterned, dark or shiny.
+
+The highlights of shiny ones lie where light and view put them, so they change with both.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.samples.shapes import Material, Picture
-from scenes.samples.textures import Rgb, fabric, mixed, noise, size_px, tinted, wood
+from scenes.samples.pictures.textures import Rgb, fabric, mixed, noise, size_px, tinted, wood
+from scenes.samples.shapes import Material, Picture, Surface
+
+FloatArray = NDArray[np.float64]
 
 PLAIN, PATTERNED, DARK, SHINY = "plain", "patterned", "dark", "shiny"
 SHARES = {PLAIN: 0.35, PATTERNED: 0.35, DARK: 0.15, SHINY: 0.15}
@@ -26,6 +31,16 @@ COLOURS: tuple[Rgb, ...] = (
 )  # fmt: skip
 DARKS: tuple[Rgb, ...] = ((34, 34, 36), (42, 36, 32), (30, 36, 46), (38, 42, 36), (50, 46, 46))
 WOODS: tuple[Rgb, ...] = ((206, 170, 120), (158, 112, 72), (104, 74, 52), (226, 208, 176))
+
+SHARP = 40.0
+"""Exponent of the highlight that one camera sees (Blinn 1977); lacquer and glazes have 20 to
+100."""
+
+BLURRED = 9.0
+"""The same in a scan, which averages the highlights of views from all around."""
+
+SCAN_SHARE = 0.35
+"""How much of a highlight is left in that average."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -130,3 +145,46 @@ def _count(picture: Picture, pitch_px: float) -> int:
 
 def _point(picture: Picture, rng: np.random.Generator) -> tuple[int, int]:
     return int(rng.integers(int(picture.shape[1]))), int(rng.integers(int(picture.shape[0])))
+
+
+def add_highlight(
+    surfaces: Sequence[Surface], halfway: FloatArray, strength: float
+) -> tuple[Surface, ...]:
+    """The surfaces with the highlight that one camera sees.
+
+    Args:
+        surfaces: of an object.
+        halfway: (3,) unit vector between the directions to light and camera, in the object's frame.
+        strength: 0..1 of full white.
+    """
+    return _add_highlight(surfaces, halfway, strength, SHARP)
+
+
+def add_scanned_highlight(
+    surfaces: Sequence[Surface], halfway: FloatArray, strength: float
+) -> tuple[Surface, ...]:
+    """The surfaces with the pale, wide highlight of a scan; arguments as in `add_highlight`."""
+    return _add_highlight(surfaces, halfway, SCAN_SHARE * strength, BLURRED)
+
+
+def _add_highlight(
+    surfaces: Sequence[Surface], halfway: FloatArray, strength: float, exponent: float
+) -> tuple[Surface, ...]:
+    if strength <= 0:
+        return tuple(surfaces)
+    result: list[Surface] = []
+    for surface in surfaces:
+        facing = np.maximum(_normals(surface.points) @ halfway, 0.0)
+        height, width = surface.picture.shape[:2]
+        smooth = np.asarray(cv2.resize(facing.astype(np.float32), (width, height)))
+        added = 255.0 * strength * smooth.reshape(height, width, 1) ** exponent
+        bright = np.clip(surface.picture + added, 0, 255).astype(np.uint8)
+        result.append(replace(surface, picture=bright))
+    return tuple(result)
+
+
+def _normals(points: FloatArray) -> FloatArray:
+    """(R, C, 3) unit normals at the points of a grid; zero where it has no area."""
+    down, across = np.gradient(points, axis=0), np.gradient(points, axis=1)
+    normals = np.cross(down, across)
+    return normals / np.maximum(np.linalg.norm(normals, axis=2, keepdims=True), 1e-12)

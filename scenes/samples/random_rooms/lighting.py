@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from scenes.mesh import TexturedMesh
 from scenes.rays import RayScene
-from scenes.samples.atlas import grid_faces, mesh_from_surfaces
 from scenes.samples.light import AreaLight, Texels, linear_light, lit, texels_of
+from scenes.samples.pictures.atlas import grid_faces, mesh_from_surfaces
 from scenes.samples.shapes import Surface
 
 FloatArray = NDArray[np.float64]
@@ -28,7 +28,7 @@ AROUND = 32
 """Directions in which openness is tested; its deviation is below 6 % of full light."""
 
 REACH_M = 0.9
-"""What is farther than this darkens a corner no more; walls of a room are 2 m and more apart."""
+"""Distance beyond which nothing darkens a corner; walls of a room are 2 m and more apart."""
 
 ACROSS = 3
 """Shadow rays along each side of a lamp: shadows have nine steps, blurred by the texels."""

@@ -1,4 +1,4 @@
-"""What floors and walls are covered with."""
+"""Coverings of floors and walls."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from scenes.samples.pictures.textures import Rgb, mixed, noise, parquet, plaster, size_px, tinted
+from scenes.samples.pictures.wall_art import rug as woven
 from scenes.samples.random_rooms.finishes import COLOURS
 from scenes.samples.shapes import Material, Picture
 from scenes.samples.shell import Shell
-from scenes.samples.textures import Rgb, mixed, noise, parquet, plaster, size_px, tinted
-from scenes.samples.wall_art import rug as woven
 
 BOARDS: tuple[Rgb, ...] = ((196, 158, 114), (150, 108, 72), (110, 82, 60), (214, 190, 156))
 CARPETS: tuple[Rgb, ...] = ((120, 122, 126), (94, 104, 118), (158, 144, 124), (110, 84, 80))

@@ -9,7 +9,7 @@ import numpy as np
 
 from scenes.mesh import BoxPart, PhysicalObject, TexturedMesh
 from scenes.pose import Pose
-from scenes.samples.atlas import mesh_from_surfaces
+from scenes.samples.pictures.atlas import mesh_from_surfaces
 from scenes.samples.random_rooms.finishes import Finish
 from scenes.samples.shapes import Surface, placed
 
@@ -20,7 +20,7 @@ ROUND = 0
 """Symmetry of what looks the same at every yaw."""
 
 FLOOR, TOP, SEAT = "floor", "top", "seat"
-"""What an object may stand on: the floor, a table or cabinet, a sofa."""
+"""Supports of an object: the floor, a table or cabinet, a sofa."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

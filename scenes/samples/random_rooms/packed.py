@@ -1,4 +1,4 @@
-"""What is boxed: suitcases, cartons, cereal boxes, books, laptops."""
+"""Boxed objects: suitcases, cartons, cereal boxes, books, laptops."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ import math
 import numpy as np
 
 from scenes.pose import Pose
-from scenes.samples.graphics import page_edges
+from scenes.samples.pictures.graphics import page_edges
+from scenes.samples.pictures.textures import Rgb, mixed, picture, plain
+from scenes.samples.pictures.wall_art import editor_screen
 from scenes.samples.random_rooms.finishes import (
     COLOURS,
     DARK,
@@ -29,8 +31,6 @@ from scenes.samples.shapes import (
     prism,
     rounded_outline,
 )
-from scenes.samples.textures import Rgb, mixed, picture, plain
-from scenes.samples.wall_art import editor_screen
 
 CARDBOARD: tuple[Rgb, ...] = ((188, 146, 98), (206, 170, 124), (230, 226, 216))
 

@@ -10,15 +10,16 @@ import numpy as np
 
 from scenes.mesh import BoxPart
 from scenes.pose import Pose
-from scenes.samples import decor, wall_art
+from scenes.samples import decor
 from scenes.samples.furniture import RoomSet
 from scenes.samples.light import AreaLight
+from scenes.samples.pictures import wall_art
+from scenes.samples.pictures.textures import picture, plain, plaster
 from scenes.samples.random_rooms.furniture import FURNITURE, Furniture, Stand
 from scenes.samples.random_rooms.linings import random_floor, random_wallpaper
 from scenes.samples.random_rooms.outlines import Outline, outline_of, overlaps
 from scenes.samples.shapes import Material, placed, quad
 from scenes.samples.shell import SKIRTING_M, WALL_SOLID_M, Shell
-from scenes.samples.textures import picture, plain, plaster
 
 SIDES = ("+y", "-y", "+x", "-x")
 YAW = {"+y": 0.0, "-y": math.pi, "+x": -math.pi / 2, "-x": math.pi / 2}
@@ -149,7 +150,7 @@ def _furnish(
             if fits and not any(overlaps(outline, o, BETWEEN_M) for o in (*taken, *kept_free)):
                 _put(room, piece, pose)
                 taken.append(outline)
-                stands += [_turned(stand, pose) for stand in piece.stands]
+                stands += [_turn(stand, pose) for stand in piece.stands]
                 break
     return taken, stands
 
@@ -203,7 +204,7 @@ def _outline(piece: Furniture, pose: Pose) -> Outline:
     return outline_of(box, pose)
 
 
-def _turned(stand: Stand, pose: Pose) -> Stand:
+def _turn(stand: Stand, pose: Pose) -> Stand:
     corners = pose @ np.array([[*stand.low, stand.z], [*stand.high, stand.z]])
     low, high = corners.min(axis=0), corners.max(axis=0)
     return replace(stand, low=(float(low[0]), float(low[1])), high=(float(high[0]), float(high[1])))

@@ -1,4 +1,4 @@
-"""What is printed on packages, covers and labels, drawn at random."""
+"""Random prints on packages, covers and labels."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from typing import cast
 import numpy as np
 from PIL import Image, ImageDraw
 
-from scenes.samples.graphics import font
+from scenes.samples.pictures.graphics import font
+from scenes.samples.pictures.textures import Rgb, mixed, noise, tinted
 from scenes.samples.random_rooms.finishes import COLOURS
 from scenes.samples.shapes import Picture
-from scenes.samples.textures import Rgb, mixed, noise, tinted
 
 PX_PER_M = 1000.0
 """Fineness of print; small type of 5 mm is just readable."""
 
-LARGEST_PX = 420
+MAX_PX = 420
 """Largest side of a printed face: a texture holds six of them."""
 
 WORDS = (
@@ -32,7 +32,7 @@ def printed(rng: np.random.Generator, size_m: tuple[float, float], ground: Rgb) 
         size_m: width and height in metres.
         ground: colour below the print.
     """
-    scale = min(PX_PER_M, LARGEST_PX / max(size_m))
+    scale = min(PX_PER_M, MAX_PX / max(size_m))
     w, h = (max(12, round(side * scale)) for side in size_m)
     image = Image.fromarray(tinted(ground, 0.04 * noise(rng, (h, w), cell_px=(40, 40))))
     draw = ImageDraw.Draw(image)
@@ -45,7 +45,7 @@ def printed(rng: np.random.Generator, size_m: tuple[float, float], ground: Rgb) 
 
 def sheet(rng: np.random.Generator, size_m: tuple[float, float], ground: Rgb) -> Picture:
     """The same ground with a few lines of small type only."""
-    scale = min(PX_PER_M, LARGEST_PX / max(size_m))
+    scale = min(PX_PER_M, MAX_PX / max(size_m))
     w, h = (max(12, round(side * scale)) for side in size_m)
     image = Image.fromarray(tinted(ground, 0.03 * noise(rng, (h, w), cell_px=(20, 20))))
     draw = ImageDraw.Draw(image)

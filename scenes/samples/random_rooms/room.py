@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from scenes.frames import look_at
 from scenes.mesh import PhysicalObject, PhysicalRoom
 from scenes.pose import Pose
-from scenes.samples.atlas import mesh_from_surfaces
-from scenes.samples.random_rooms import gloss
+from scenes.samples.pictures.atlas import mesh_from_surfaces
 from scenes.samples.random_rooms.families import FAMILIES
+from scenes.samples.random_rooms.finishes import add_highlight, add_scanned_highlight
 from scenes.samples.random_rooms.furniture import UNDER
 from scenes.samples.random_rooms.lighting import RoomLight, room_light
 from scenes.samples.random_rooms.movable import ATLAS_PX, TOP, Movable
@@ -27,7 +27,7 @@ FloatArray = NDArray[np.float64]
 LENS_SIZES_PX = (640, 960, 1280, 1440)
 """Sides of lens pictures that are drawn from."""
 
-LEAST_OBJECTS, MOST_OBJECTS = 6, 10
+MIN_OBJECTS, MAX_OBJECTS = 6, 10
 """Objects in a room, twins included."""
 
 TWIN_SHARE, LOOK_ALIKE_SHARE = 0.5, 0.3
@@ -67,7 +67,7 @@ class RandomRoom:
     lens_px: int
 
     def kind(self, object_id: str) -> str:
-        """What an object shares with its twins."""
+        """Name that an object shares with its twins."""
         return self.scanned.object_by_id(object_id).kind
 
     def seen_at(self, object_id: str, new_id: str, world_from_object: Pose) -> PhysicalObject:
@@ -83,7 +83,7 @@ class RandomRoom:
         if item.gloss > 0:
             middle = world_from_object.translation + np.array([0.0, 0.0, 0.5 * item.box_m[2]])
             halfway = _halfway(self.live.light_direction, self.ground.camera - middle)
-            surfaces = gloss.seen_from(surfaces, world_from_object.rotation.T @ halfway, item.gloss)
+            surfaces = add_highlight(surfaces, world_from_object.rotation.T @ halfway, item.gloss)
         mesh = mesh_from_surfaces(surfaces, width_px=ATLAS_PX)
         return item.physical(new_id, self.kind(object_id), world_from_object, mesh)
 
@@ -108,13 +108,13 @@ def random_room(seed: int) -> RandomRoom:
     towards = _main_light(plan)
     view = Pose.from_yaw(float(of_places.uniform(-math.pi, math.pi))).rotation[:, 0]
     rig = look_at(camera, camera + view)
-    scanned = _lit(seed, plan, light, np.ones((len(plan.lights), 3)), rig, towards, level)
+    scanned = _light(seed, plan, light, np.ones((len(plan.lights), 3)), rig, towards, level)
     every = tuple(
         _as_scanned(item, name, poses[name], _kind(name, items), towards)
         for name, item in items.items()
     )
     lamps, share, turned = _other_day(len(plan.lights), towards, of_light)
-    live = _lit(seed, plan, light, lamps, rig, turned, level * share)
+    live = _light(seed, plan, light, lamps, rig, turned, level * share)
     lens_px = int(of_places.choice(LENS_SIZES_PX))
     return RandomRoom(
         seed, replace(scanned, objects=every), replace(live, objects=every), items, ground, lens_px
@@ -126,7 +126,7 @@ def random_items(rng: np.random.Generator) -> dict[str, Movable]:
 
     Twins are named NAME-1 and NAME-2, others of a family NAME-b.
     """
-    count = int(rng.integers(LEAST_OBJECTS, MOST_OBJECTS + 1))
+    count = int(rng.integers(MIN_OBJECTS, MAX_OBJECTS + 1))
     names = [list(FAMILIES)[int(k)] for k in rng.permutation(len(FAMILIES))]
     twins = int(rng.random() < TWIN_SHARE) + int(rng.random() < TWIN_SHARE / 2)
     look_alikes = int(rng.random() < LOOK_ALIKE_SHARE)
@@ -154,11 +154,11 @@ def _as_scanned(
 ) -> PhysicalObject:
     up = np.array([0.0, 0.0, 1.0])
     halfway = pose.rotation.T @ _halfway(towards, up)
-    surfaces = gloss.scanned(item.surfaces, halfway, item.gloss)
+    surfaces = add_scanned_highlight(item.surfaces, halfway, item.gloss)
     return item.physical(name, kind, pose, mesh_from_surfaces(surfaces, width_px=ATLAS_PX))
 
 
-def _lit(
+def _light(
     seed: int,
     plan: Plan,
     light: RoomLight,

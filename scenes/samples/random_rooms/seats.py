@@ -9,6 +9,7 @@ import numpy as np
 
 from scenes.mesh import BoxPart
 from scenes.pose import Pose
+from scenes.samples.pictures.textures import mixed, plain
 from scenes.samples.random_rooms.finishes import (
     DARKS,
     Finish,
@@ -27,7 +28,6 @@ from scenes.samples.shapes import (
     prism,
     rounded_outline,
 )
-from scenes.samples.textures import mixed, plain
 
 Point = tuple[float, float, float]
 PAD = ((0.02, 0.02), (0.006, 0.014), (0.0, 0.0), (0.006, -0.014), (0.02, -0.02))

@@ -1,4 +1,4 @@
-"""What is turned on a lathe: plant pots, lamps, bottles, mugs, balls."""
+"""Objects turned on a lathe: plant pots, lamps, bottles, mugs, balls."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from scenes.pose import Pose
+from scenes.samples.pictures.textures import mixed, picture, plain
 from scenes.samples.random_rooms.finishes import (
     PATTERNED,
     PLAIN,
@@ -18,7 +19,6 @@ from scenes.samples.random_rooms.finishes import (
 from scenes.samples.random_rooms.movable import FLOOR, ROUND, TOP, Movable, movable, part
 from scenes.samples.random_rooms.prints import printed
 from scenes.samples.shapes import Surface, bar, lathe, placed, prism, rounded_outline
-from scenes.samples.textures import mixed, picture, plain
 
 GREENS = ((70, 110, 56), (96, 132, 70), (56, 90, 62), (126, 150, 84))
 Profile = list[tuple[float, float]]

@@ -17,9 +17,9 @@ from scenes.package import ScenePackage
 from scenes.pose import Pose
 from scenes.prepare.cutout.object.added import ADDED
 from scenes.prepare.cutout.object.solid_parts import guessed_mass_kg
-from scenes.samples.atlas import mesh_from_surfaces
+from scenes.samples.pictures.atlas import mesh_from_surfaces
+from scenes.samples.pictures.textures import plain
 from scenes.samples.shapes import OBJECT_CELL_M, box, placed
-from scenes.samples.textures import plain
 from scenes.state import ObjectModel
 from sim.bodies import UNIT_BOX_CORNERS
 

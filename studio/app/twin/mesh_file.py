@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from devices.streams import Slot
 from scenes.frames import WORLD_FROM_GLTF
 from scenes.workers.task import Task
-from studio.app.model.documents.added_mesh import METRES, MOST_TRIANGLES, Axis, Geometry
+from studio.app.model.documents.added_mesh import MAX_TRIANGLES, METRES, Axis, Geometry
 from studio.app.twin.edits import EditError
 
 SUFFIXES = (".obj", ".ply", ".glb", ".gltf", ".stl", ".off")
 MAX_BYTES = 64_000_000
-"""Of a file: a text of `MOST_TRIANGLES` triangles with normals and texture places is half of it."""
+"""Of a file: a text of `MAX_TRIANGLES` triangles with normals and texture places is half of it."""
 
 MIN_M, MAX_M = 0.01, 20.0
 """Longest side of a mesh, metres: what is smaller or larger is in another unit, or fits no room."""
@@ -75,9 +75,9 @@ def read_geometry(path: Path, *, unit: str = "m", up: Up = "", fallback: Any) ->
         raise EditError(
             f"{path.name}: no triangles; export it as a surface, not as points or lines"
         )
-    if len(faces) > MOST_TRIANGLES:
+    if len(faces) > MAX_TRIANGLES:
         raise EditError(
-            f"{path.name}: {len(faces)} triangles, limit {MOST_TRIANGLES}; reduce it in a "
+            f"{path.name}: {len(faces)} triangles, limit {MAX_TRIANGLES}; reduce it in a "
             "modelling program (decimate), then add it again"
         )
     if not np.isfinite(vertices).all():

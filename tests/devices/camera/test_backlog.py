@@ -58,14 +58,14 @@ def test_a_keyframe_replaces_nothing_where_nothing_waits():
 
 
 def test_too_many_bytes_are_given_up_to_the_next_keyframe():
-    backlog = filled(Backlog(1, most_bytes=35), "KPPPPP")
+    backlog = filled(Backlog(1, max_bytes=35), "KPPPPP")
     assert backlog.skipped == 6
     backlog.put(Arrived(unit(keyframe=True), 6, 6))
     assert numbers(backlog) == [6]
 
 
 def test_several_tracks_start_with_the_first_after_a_gap():
-    backlog = Backlog(2, most_bytes=35)
+    backlog = Backlog(2, max_bytes=35)
     kinds = [(0, "K"), (1, "K"), (0, "P"), (1, "P"), (0, "P"), (1, "K"), (0, "K"), (1, "K")]
     for number, (track, kind) in enumerate(kinds):
         backlog.put(Arrived(unit(keyframe=kind == "K", track=track), number, 0))
@@ -90,9 +90,9 @@ def test_after_its_end_it_takes_nothing_and_gives_nothing_unless_it_is_to_finish
     st.lists(st.tuples(st.booleans(), st.integers(1, 40), st.booleans()), max_size=60),
     st.integers(1, 100),
 )
-def test_what_is_taken_can_be_decoded_and_memory_is_bounded(steps, most_bytes):
+def test_what_is_taken_can_be_decoded_and_memory_is_bounded(steps, max_bytes):
     """Units but keyframes follow directly on the one before them; nothing is lost uncounted."""
-    backlog = Backlog(1, most_bytes=most_bytes)
+    backlog = Backlog(1, max_bytes=max_bytes)
     taken: list[Arrived] = []
     waiting = 0
     for number, (keyframe, size, takes) in enumerate(steps):
@@ -108,7 +108,7 @@ def test_what_is_taken_can_be_decoded_and_memory_is_bounded(steps, most_bytes):
     while (arrived := backlog.take()) is not None:
         taken.append(arrived)
         left += len(arrived.unit.data)
-    assert left <= most_bytes or left == len(taken[-1].unit.data)
+    assert left <= max_bytes or left == len(taken[-1].unit.data)
     assert len(taken) + backlog.skipped == len(steps)
     for before, after in itertools.pairwise(taken):
         assert after.number > before.number

@@ -31,10 +31,10 @@ from tests.devices.camera.parties.programs import free_port, wait_for
 STREAMS = 1000
 SIZE, FPS = (320, 160), 30
 
-MOST_BYTES = 96 << 20
+MAX_BYTES = 96 << 20
 """Memory of Python that may be taken at any moment: a dozen connections of the largest message."""
 
-MOST_PROCESS_BYTES = 400 << 20
+MAX_PROCESS_BYTES = 400 << 20
 """Resident memory of the process that reads UDP: FFmpeg's libraries are a third of it."""
 
 
@@ -94,7 +94,7 @@ def test_hostile_publishers_beside_a_camera(memory):
     assert push.sent - number < 2 * FPS, "and it is received as it is sent"
     push.close()
     receiver.close()
-    assert memory() < MOST_BYTES
+    assert memory() < MAX_BYTES
 
 
 def test_hostile_publishers_before_a_camera(memory):
@@ -109,7 +109,7 @@ def test_hostile_publishers_before_a_camera(memory):
     assert receiver.status().size_px == SIZE
     push.close()
     receiver.close()
-    assert memory() < MOST_BYTES
+    assert memory() < MAX_BYTES
 
 
 def test_connections_that_say_nothing_keep_no_camera_out():
@@ -193,10 +193,10 @@ def test_hostile_datagrams_beside_a_camera(memory, transport_stream):
     status = receiver.status()
     assert (status.connections, status.size_px) == (1, SIZE)
     assert status.damaged - damaged <= 2, "the end of the two seconds, and no packet of the others"
-    assert 0 < rss_of_children() < MOST_PROCESS_BYTES
+    assert 0 < rss_of_children() < MAX_PROCESS_BYTES
     camera.close()
     receiver.close()
-    assert memory() < MOST_BYTES
+    assert memory() < MAX_BYTES
 
 
 def test_hostile_datagrams_before_a_camera(memory, transport_stream):
@@ -204,11 +204,11 @@ def test_hostile_datagrams_before_a_camera(memory, transport_stream):
     receiver = CameraReceiver(parse_address(f"udp://127.0.0.1:{port}"), WallClock())
     wait_for(lambda: f":{port:04X} " in Path("/proc/net/udp").read_text("ascii"))
     hostile_datagrams(port, transport_stream, STREAMS)
-    assert rss_of_children() < MOST_PROCESS_BYTES
+    assert rss_of_children() < MAX_PROCESS_BYTES
     before = receiver.status().pictures
     camera = UdpCamera(port, transport_stream)
     wait_for(lambda: receiver.status().pictures > before + FPS)
     assert receiver.status().size_px == SIZE
     camera.close()
     receiver.close()
-    assert memory() < MOST_BYTES
+    assert memory() < MAX_BYTES

@@ -69,7 +69,7 @@ def test_another_sender_takes_over_from_one_that_is_gone(received, sender, monke
 
 
 def test_what_nobody_reads_is_bounded_and_the_newest_is_kept(received, sender, monkeypatch):
-    monkeypatch.setattr(ts_datagrams, "MOST_HELD_BYTES", 3 * len(packets(b"a")))
+    monkeypatch.setattr(ts_datagrams, "MAX_HELD_BYTES", 3 * len(packets(b"a")))
     for letter in b"abcdef":
         sender.send(packets(bytes([letter])))
         time.sleep(0.02)

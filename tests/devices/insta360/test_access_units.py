@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from devices.insta360.access_units import LARGEST_UNIT_BYTES, UnitAssembler
+from devices.insta360.access_units import MAX_UNIT_BYTES, UnitAssembler
 from devices.insta360.errors import CameraProtocolError
 from devices.messages import EncodedFrame
 from devices.video import H264Decoder, H264Encoder
@@ -86,6 +86,6 @@ def test_a_picture_without_end_is_refused(frames):
     assembler.feed(0, frames[0].data)
     assembler.feed(1, frames[1].data[40:])
     assembler.feed(2, frames[2].data)
-    endless = [(2, b"\xff" * (1 << 20))] * (LARGEST_UNIT_BYTES // (1 << 20) + 1)
+    endless = [(2, b"\xff" * (1 << 20))] * (MAX_UNIT_BYTES // (1 << 20) + 1)
     with pytest.raises(CameraProtocolError, match="more than 8388608 bytes"):
         fed(assembler, endless)

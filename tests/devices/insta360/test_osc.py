@@ -13,7 +13,7 @@ from devices.insta360.errors import (
     CameraUnreachableError,
 )
 from devices.insta360.osc import OscClient
-from devices.insta360.osc_replies import LARGEST_BODY_BYTES
+from devices.insta360.osc_replies import MAX_BODY_BYTES
 from sim.wire.osc_camera import OscCamera
 from sim.wire.osc_server import OscFaults, OscServer
 from tests.devices.insta360.conftest import INFO
@@ -181,7 +181,7 @@ def test_what_is_no_camera_is_said(saying, said, error, words):
 
 
 def test_a_reply_without_end_is_cut(saying):
-    endless = b"HTTP/1.1 200 OK\r\n\r\n" + b" " * (LARGEST_BODY_BYTES + 2)
+    endless = b"HTTP/1.1 200 OK\r\n\r\n" + b" " * (MAX_BODY_BYTES + 2)
     with pytest.raises(CameraProtocolError, match="more than 4194304 bytes"):
         saying(endless).state()
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from devices.insta360.errors import CameraProtocolError
 from devices.insta360.packets import (
-    LARGEST_PACKET_BYTES,
+    MAX_PACKET_BYTES,
     VIDEO,
     KeepAlive,
     Message,
@@ -83,7 +83,7 @@ def test_a_packet_that_is_not_whole_is_held_and_nothing_more(packet, data):
     assert parser.feed(wire[kept:]) == [packet]
 
 
-@pytest.mark.parametrize("size", [0, 1, 6, LARGEST_PACKET_BYTES + 1, (1 << 32) - 1])
+@pytest.mark.parametrize("size", [0, 1, 6, MAX_PACKET_BYTES + 1, (1 << 32) - 1])
 def test_a_length_that_cannot_be_is_refused_before_anything_is_kept_for_it(size):
     with pytest.raises(CameraProtocolError, match=f"packet of {size} bytes, wanted 7 to 4194304"):
         PacketParser().feed(struct.pack("<I", size))
@@ -103,7 +103,7 @@ def test_a_packet_too_short_for_its_kind_is_refused(payload, says):
 
 
 def test_the_largest_packet_passes_and_a_larger_one_is_not_sent():
-    room = LARGEST_PACKET_BYTES - len(encode(Stream(VIDEO, 0, b"")))
+    room = MAX_PACKET_BYTES - len(encode(Stream(VIDEO, 0, b"")))
     packet = Stream(VIDEO, 0, bytes(room))
     assert PacketParser().feed(encode(packet)) == [packet]
     with pytest.raises(CameraProtocolError, match="at most 4194304"):

@@ -144,7 +144,7 @@ def test_pictures_that_come_before_a_reply_are_kept(scripted, encoded, clock):
 
 
 def test_video_that_nobody_takes_is_bounded_and_counted(scripted, encoded, clock, monkeypatch):
-    monkeypatch.setattr("devices.insta360.preview.LARGEST_QUEUE_BYTES", 60_000)
+    monkeypatch.setattr("devices.insta360.preview.MAX_QUEUE_BYTES", 60_000)
 
     def answer(packet):
         if isinstance(packet, Message):

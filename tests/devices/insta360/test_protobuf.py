@@ -6,7 +6,7 @@ from devices.insta360.protobuf import (
     BYTES,
     FIXED32,
     FIXED64,
-    MOST_FIELDS,
+    MAX_FIELDS,
     VARINT,
     ProtobufError,
     bytes_field,
@@ -93,8 +93,8 @@ def test_what_is_no_message_says_where(data, says):
 
 def test_fields_without_end_are_refused():
     with pytest.raises(ProtobufError, match="more than 16384 fields"):
-        read_message(b"\x08\x01" * (MOST_FIELDS + 1))
-    assert len(read_message(b"\x08\x01" * MOST_FIELDS)) == MOST_FIELDS
+        read_message(b"\x08\x01" * (MAX_FIELDS + 1))
+    assert len(read_message(b"\x08\x01" * MAX_FIELDS)) == MAX_FIELDS
 
 
 def test_a_number_too_large_to_write_is_refused():

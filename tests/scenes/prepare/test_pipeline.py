@@ -12,7 +12,7 @@ from scenes.package import load_package
 from scenes.pose import Pose
 from scenes.prepare import pipeline
 from scenes.prepare.align.alignment import Anchor
-from scenes.prepare.align.unmeasured import stated_alignment
+from scenes.prepare.align.metric import stated_alignment
 from scenes.prepare.cutout.cutout import undo_cut
 from scenes.prepare.footage.capture import CaptureError
 from scenes.prepare.options import KnownObject, PrepareOptions

@@ -6,7 +6,7 @@ import pytest
 from scenes.cameras import Pinhole
 from scenes.pose import Pose
 from scenes.render.native import NativeRenderer
-from scenes.render.picture_memory import MOST_BYTES, PictureMemory, rendering_of
+from scenes.render.picture_memory import MAX_BYTES, PictureMemory, rendering_of
 from scenes.render.renderer import PosedSplats, RenderOptions
 
 CAMERA = Pinhole.from_fov(40, 30, 1.0)
@@ -42,18 +42,18 @@ def test_other_sizes_get_other_memory():
 
 def test_what_is_kept_is_bounded():
     memory = PictureMemory()
-    pixels = MOST_BYTES // 24 // 3
+    pixels = MAX_BYTES // 24 // 3
     for _ in range(10):
         memory.give(memory.take(pixels))
     for smaller in range(1, 6):
         memory.give(memory.take(pixels >> smaller))
     kept = [arrays for same in memory._kept.values() for arrays in same]
-    assert sum(24 * len(arrays[1]) for arrays in kept) <= MOST_BYTES
+    assert sum(24 * len(arrays[1]) for arrays in kept) <= MAX_BYTES
 
 
 def test_the_size_used_longest_ago_goes_first():
     memory = PictureMemory()
-    pixels = MOST_BYTES // 24 // 3
+    pixels = MAX_BYTES // 24 // 3
     memory.give(memory.take(pixels))
     held = [memory.take(pixels // 4) for _ in range(14)]
     for arrays in held:

@@ -16,16 +16,17 @@ from scenes.mesh import PhysicalRoom, QrCode
 from scenes.package import ScenePackage, load_package, save_package
 from scenes.package.records import ViewPoint
 from scenes.pose import Pose
-from scenes.prepare.align.unmeasured import stated_alignment
+from scenes.prepare.align.metric import stated_alignment
 from scenes.prepare.reconstruction import Reconstruction, View
 from scenes.render.native import NativeRenderer
 from scenes.render.renderer import PosedSplats, RenderOptions
-from scenes.samples import decor, wall_art
-from scenes.samples.atlas import mesh_from_surfaces
+from scenes.samples import decor
 from scenes.samples.furniture import RoomSet
 from scenes.samples.movables import mug
+from scenes.samples.pictures import wall_art
+from scenes.samples.pictures.atlas import mesh_from_surfaces
+from scenes.samples.pictures.textures import parquet
 from scenes.samples.shell import Shell, floor_with_rug, shell
-from scenes.samples.textures import parquet
 from scenes.splats import SplatCloud, concatenate
 from sim.phone.phone import PhoneOptions, film
 from studio.cli import EXIT_INPUT, EXIT_USAGE, main

@@ -29,14 +29,14 @@ QR_FORMATS = zxingcpp.barcode_formats_from_str("QRCodeModel2")
 ENLARGED_UP_TO_PX = 2_500_000
 """Pictures of so many pixels are also read at twice their size."""
 
-LEAST_CORRELATION = 0.85
+MIN_CORRELATION = 0.85
 """Photo and prediction correlate more than this, or the code is covered or is not there."""
 
-LEAST_CORRELATION_UNREAD = 0.93
+MIN_CORRELATION_UNREAD = 0.93
 """The same where the code could not be read, but is expected."""
 
-MOST_BLUR_MODULES = 0.7
-LEAST_MODULE_PX = 1.1
+MAX_BLUR_MODULES = 0.7
+MIN_MODULE_PX = 1.1
 """Modules smaller than this (on the short side) are not measured."""
 
 
@@ -134,7 +134,7 @@ def _in_photo(view: View) -> list[tuple[str, Sighting | Refusal, Symbol | None]]
             reason = "it is mirrored; switch off the front camera's mirror picture and film again"
             outcome = Refusal(view.name, reason)
         else:
-            outcome = _measured(
+            outcome = _measure(
                 view.name, grey, candidate.symbol, candidate.corners_px, was_read=True
             )
         results.append((candidate.payload, outcome, candidate.symbol))
@@ -181,38 +181,36 @@ def _april_tags(grey: NDArray[np.uint8]) -> list[_Candidate]:
     ]
 
 
-def _measured(
+def _measure(
     view: str, grey: NDArray[np.uint8], symbol: Symbol, start_px: FloatArray, *, was_read: bool
 ) -> Sighting | Refusal:
     """The sighting, or why there is none."""
     shortest = float(np.linalg.norm(start_px - np.roll(start_px, 1, axis=0), axis=1).min())
-    if shortest < LEAST_MODULE_PX * symbol.modules:
+    if shortest < MIN_MODULE_PX * symbol.modules:
         return Refusal(
             view,
             f"its shortest side is {shortest:.0f} px, limit "
-            f"{LEAST_MODULE_PX * symbol.modules:.0f}; come nearer or film it less from the side",
+            f"{MIN_MODULE_PX * symbol.modules:.0f}; come nearer or film it less from the side",
         )
     corners = refine_corners(grey, symbol, start_px)
-    reason = _why_not(
-        corners, start_px, LEAST_CORRELATION if was_read else LEAST_CORRELATION_UNREAD
-    )
+    reason = _why_not(corners, start_px, MIN_CORRELATION if was_read else MIN_CORRELATION_UNREAD)
     if corners is None or reason:
         return Refusal(view, reason)
     return Sighting(view, corners.pixels, corners.sigma_px, was_read)
 
 
-def _why_not(corners: Corners | None, start_px: FloatArray, least_correlation: float) -> str:
+def _why_not(corners: Corners | None, start_px: FloatArray, min_correlation: float) -> str:
     if corners is None:
         return "its pattern could not be matched; part of it is outside the photo or covered"
-    if corners.blur_modules > MOST_BLUR_MODULES:
+    if corners.blur_modules > MAX_BLUR_MODULES:
         return (
-            f"it is blurred over {corners.blur_modules:.1f} modules, limit {MOST_BLUR_MODULES}; "
+            f"it is blurred over {corners.blur_modules:.1f} modules, limit {MAX_BLUR_MODULES}; "
             "hold still or come nearer"
         )
-    if corners.correlation < least_correlation:
+    if corners.correlation < min_correlation:
         return (
             f"it looks only {100 * corners.correlation:.0f} % like what is printed, limit "
-            f"{100 * least_correlation:.0f} %; it is blurred, glaring or covered in part"
+            f"{100 * min_correlation:.0f} %; it is blurred, glaring or covered in part"
         )
     moved = float(np.linalg.norm(corners.pixels - start_px, axis=1).max())
     side = float(np.linalg.norm(start_px - np.roll(start_px, 1, axis=0), axis=1).max())
@@ -244,7 +242,7 @@ def _look_again(views: tuple[View, ...], found: dict[str, _Gathered], progress: 
         if isinstance(view.camera, Pinhole):
             grey = _grey(view)
             for gathered, symbol, corners in wanted:
-                outcome = _measured(name, grey, symbol, corners, was_read=False)
+                outcome = _measure(name, grey, symbol, corners, was_read=False)
                 if isinstance(outcome, Sighting) and _is_near(outcome.corners_px, corners, symbol):
                     gathered.sightings.append(outcome)
         progress(0.6 + 0.4 * (number + 1) / len(expected), f"Looking again in {name}")

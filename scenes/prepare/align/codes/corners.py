@@ -27,22 +27,27 @@ RASTER_PX = 8
 """Pixels along a module in the drawing that the prediction is taken from."""
 
 EXTRA_QUIET_MODULES = 12
+"""Modules around the quiet zone that are drawn, so that blur finds paper there."""
 STEPS = 12
+"""Steps of the fit at most."""
 STEP_PX = 0.01
+"""Movement of the corners, pixels, below which the fit has converged."""
 START_BLUR_PX = 0.7
+"""Blur that the fit starts from, pixels."""
 BLUR_LIMIT_MODULES = 0.9
+"""Blur in modules that the fit does not go beyond, plus half a pixel."""
 
 SIGMA_FLOOR_PX = 0.02
 """No corner is better known than this: paper bends, lenses are calibrated to about this much."""
 
 CORRELATED = 3.0
-"""What is left over is not noise of single pixels (compression, texture, shadows), so that corners
-scatter by some times more than it predicts; measured on noisy, compressed pictures."""
+"""Ratio of the corners' scatter to the prediction from noise of single pixels: residuals are
+correlated (compression, texture, shadows). Measured on noisy, compressed pictures."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Corners:
-    """Where a symbol's printed corners are in a photo.
+    """Printed corners of a symbol in a photo.
 
     Attributes:
         pixels: (4, 2) float64 px: top left, top right, bottom right, bottom left as printed.
@@ -152,7 +157,7 @@ class _Fit:
         if not _is_convex(corners_px):
             return None
         px_from_printed = _homography(self._printed, corners_px)
-        printed = _mapped(_inverse(px_from_printed), self._pixels)
+        printed = _map(_inverse(px_from_printed), self._pixels)
         inside = (printed > -self._quiet).all(axis=1) & (printed < self._modules + self._quiet).all(
             axis=1
         )
@@ -234,8 +239,8 @@ class _Fit:
             there, back = corners_px.copy(), corners_px.copy()
             there.flat[k] += tiny
             back.flat[k] -= tiny
-            ahead = _mapped(_homography(self._printed, there), printed)
-            behind = _mapped(_homography(self._printed, back), printed)
+            ahead = _map(_homography(self._printed, there), printed)
+            behind = _map(_homography(self._printed, back), printed)
             flow[:, k] = (ahead - behind) / (2 * tiny)
         return flow
 
@@ -278,7 +283,7 @@ def _inverse(homography: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.inv(homography), dtype=np.float64)
 
 
-def _mapped(homography: FloatArray, xy: FloatArray) -> FloatArray:
+def _map(homography: FloatArray, xy: FloatArray) -> FloatArray:
     three = xy @ homography[:, :2].T + homography[:, 2]
     return three[:, :2] / three[:, 2:]
 

@@ -20,6 +20,7 @@ from scenes.prepare.reconstruction import View
 FloatArray = NDArray[np.float64]
 
 STEPS = 30
+"""Steps of the adjustment at most."""
 HUBER = 2.5
 """Residuals beyond so many standard deviations pull no harder."""
 
@@ -50,7 +51,7 @@ class Observation:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Placement:
-    """Where the bodies are, and how well that is known.
+    """Placed bodies, and how well their poses are known.
 
     Attributes:
         rotations: (B, 3, 3) reconstruction axes from body axes.
@@ -95,20 +96,18 @@ def place(
     log_scale = float(np.log(metres_per_unit))
     pose_sigma_px = 0.5
     for step in range(STEPS):
-        residuals, slopes = _linearised(bodies_m, observations, rotations, translations, log_scale)
+        residuals, slopes = _linearise(bodies_m, observations, rotations, translations, log_scale)
         weights, pose_sigma_px = _weights(residuals, observations, pose_sigma_px, settle=step > 2)
         normal, pull = _normal_equations(residuals, slopes, weights)
-        change = _solved(normal, pull)
-        rotations = np.stack(
-            [_turned(r, change[6 * b : 6 * b + 3]) for b, r in enumerate(rotations)]
-        )
+        change = _solve(normal, pull)
+        rotations = np.stack([_turn(r, change[6 * b : 6 * b + 3]) for b, r in enumerate(rotations)])
         translations = translations + np.stack(
             [change[6 * b + 3 : 6 * b + 6] for b in range(len(translations))]
         )
         log_scale += float(change[-1])
         if np.abs(change).max() < 1e-10 and step > 4:
             break
-    residuals, slopes = _linearised(bodies_m, observations, rotations, translations, log_scale)
+    residuals, slopes = _linearise(bodies_m, observations, rotations, translations, log_scale)
     weights, pose_sigma_px = _weights(residuals, observations, pose_sigma_px, settle=True)
     covariance, groups = _left_out(observations, residuals, slopes, weights)
     return Placement(
@@ -122,12 +121,12 @@ def place(
     )
 
 
-def _turned(rotation: FloatArray, rotation_vector: FloatArray) -> FloatArray:
+def _turn(rotation: FloatArray, rotation_vector: FloatArray) -> FloatArray:
     turn = Pose(rotation_from_vector(rotation_vector), np.zeros(3))
     return (turn @ Pose(rotation, np.zeros(3))).rotation
 
 
-def _linearised(
+def _linearise(
     bodies_m: Sequence[FloatArray],
     observations: Sequence[Observation],
     rotations: FloatArray,
@@ -139,7 +138,7 @@ def _linearised(
     count = 6 * len(bodies_m) + 1
     for seen in observations:
         arms = np.exp(-log_scale) * bodies_m[seen.body][seen.points] @ rotations[seen.body].T
-        predicted, by_place = _projected(seen.view, arms + translations[seen.body])
+        predicted, by_place = _project(seen.view, arms + translations[seen.body])
         slope = np.zeros((len(arms), 2, count))
         first = 6 * seen.body
         slope[:, :, first : first + 3] = by_place @ -_cross_matrices(arms)
@@ -150,7 +149,7 @@ def _linearised(
     return residuals, slopes
 
 
-def _projected(view: View, places: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _project(view: View, places: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Pixels (K, 2) of places and how they move with the place (K, 2, 3)."""
     camera_from_world = view.world_from_camera.inverse()
     in_camera = camera_from_world @ places
@@ -196,7 +195,7 @@ def _normal_equations(
     return normal, pull
 
 
-def _solved(normal: FloatArray, pull: FloatArray) -> FloatArray:
+def _solve(normal: FloatArray, pull: FloatArray) -> FloatArray:
     scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), 1e-300))
     scaled = normal * scale[:, None] * scale
     if np.linalg.cond(scaled) > 1e13:
@@ -231,7 +230,7 @@ def _left_out(
         )
         rest = normal - part
         try:
-            shift = _solved(rest, pull)
+            shift = _solve(rest, pull)
         except (ValueError, np.linalg.LinAlgError):
             continue
         scatter += np.outer(shift, shift)

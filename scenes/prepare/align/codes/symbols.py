@@ -23,6 +23,7 @@ TAG_QUIET_MODULES = 1
 
 TAG_PREFIX = "apriltag:36h11:"
 TAG_COUNT = 587
+"""Codes of the family 36h11."""
 
 AGREEMENT = 0.9
 """A symbol written anew is believed if so many of the modules that were seen agree with it."""
@@ -130,7 +131,7 @@ def _modules(barcode: zxingcpp.Barcode) -> NDArray[np.bool_]:
 
 
 def _format_cells(modules: int) -> NDArray[np.bool_]:
-    """Where level and mask are written: the same for every packing, and not the same mirrored.
+    """Cells that hold level and mask: the same for every packing, and not the same mirrored.
 
     Source: ISO/IEC 18004, 7.9.
     """

@@ -22,10 +22,11 @@ UNIT_CORNERS = np.array([[-0.5, 0.5, 0.0], [0.5, 0.5, 0.0], [0.5, -0.5, 0.0], [-
 INLIER_PX = 4.0
 """A photo whose corners are this near to the prediction (root mean square) belongs to the place."""
 
-LEAST_ANGLE_DEG = 1.0
+MIN_ANGLE_DEG = 1.0
 """Rays that cross at a smaller angle, degrees, do not constrain depth."""
 
-MOST_PAIRS = 400
+MAX_PAIRS = 400
+"""Pairs of views tried as hypotheses, evenly out of all."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,13 +93,13 @@ def find_square(views: Sequence[View], corners_px: Sequence[FloatArray]) -> Squa
     pairs = [
         pair
         for pair in itertools.combinations(range(len(views)), 2)
-        if _angle_deg(directions[pair[0], 0], directions[pair[1], 0]) >= LEAST_ANGLE_DEG
+        if _angle_deg(directions[pair[0], 0], directions[pair[1], 0]) >= MIN_ANGLE_DEG
     ]
-    pairs = pairs[:: max(1, math.ceil(len(pairs) / MOST_PAIRS))]
+    pairs = pairs[:: max(1, math.ceil(len(pairs) / MAX_PAIRS))]
     best: NDArray[np.bool_] | None = None
     best_cost = math.inf
     for pair in pairs:
-        square = _fitted(places, directions, list(pair))
+        square = _fit(places, directions, list(pair))
         if square is None:
             continue
         errors = _errors_px(square, views, corners_px)
@@ -110,7 +111,7 @@ def find_square(views: Sequence[View], corners_px: Sequence[FloatArray]) -> Squa
     if best is None:
         return None
     chosen = np.flatnonzero(best).tolist()
-    square = _fitted(places, directions, chosen)
+    square = _fit(places, directions, chosen)
     if square is None:
         return None
     is_inlier = _errors_px(square, views, corners_px) < INLIER_PX
@@ -120,7 +121,7 @@ def find_square(views: Sequence[View], corners_px: Sequence[FloatArray]) -> Squa
     return Square(square, is_inlier, angle)
 
 
-def _fitted(places: FloatArray, directions: FloatArray, chosen: list[int]) -> Similarity | None:
+def _fit(places: FloatArray, directions: FloatArray, chosen: list[int]) -> Similarity | None:
     try:
         corners = np.stack([triangulated(places[chosen], directions[chosen, k]) for k in range(4)])
         square = similarity_from_points(corners, UNIT_CORNERS)

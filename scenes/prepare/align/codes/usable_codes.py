@@ -1,4 +1,4 @@
-"""Which of the codes that were seen can be used: they have a size, a place, and agree."""
+"""Choice of the seen codes that can be used: they have a size, a place, and agree."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ DISAGREE_SIGMAS = 4.0
 DISAGREE_SHARE = 0.01
 """Codes disagree about the scale if they differ by more than both."""
 
-LEAST_BASELINE_DEG = 3.0
+MIN_BASELINE_DEG = 3.0
 """A code whose rays cross at less than this is used, with a warning."""
 
 
@@ -78,7 +78,7 @@ def usable_codes(
                 f"code {anchor.payload!r}: side {side_m} m, wanted 0.005 to 5; give metres, "
                 "measured over the dark pattern without its white border"
             )
-        code, problem = _placed_code(views, anchor, float(side_m))
+        code, problem = _place_code(views, anchor, float(side_m))
         if problem:
             warnings.append(problem)
         if code is not None:
@@ -93,7 +93,7 @@ def usable_codes(
     return codes, warnings
 
 
-def _placed_code(
+def _place_code(
     views: Mapping[str, View], anchor: AnchorSightings, side_m: float
 ) -> tuple[Code | None, str]:
     """The code where most photos see it; a warning for the user, if any."""
@@ -133,10 +133,10 @@ def _placed_code(
             f"{name}: {len(left)} of {len(anchor.sightings)} photos do not agree with the others "
             f"and are left out ({', '.join(s.view for s in left[:3])})."
         )
-    if square.angle_deg < LEAST_BASELINE_DEG:
+    if square.angle_deg < MIN_BASELINE_DEG:
         return code, (
             f"{name} was filmed from almost one direction ({square.angle_deg:.1f}° between the "
-            f"outermost rays, better {LEAST_BASELINE_DEG:.0f} or more); the scale is uncertain."
+            f"outermost rays, better {MIN_BASELINE_DEG:.0f} or more); the scale is uncertain."
         )
     return code, ""
 

@@ -1,4 +1,4 @@
-"""What stands above the ground around an object, and what of it hangs together with the object."""
+"""Splats above the ground around an object, and those of them connected with the object."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.prepare.cutout.structure.colour_similarity import log_likelihood_ratio
-from scenes.prepare.cutout.structure.connected_bodies import bodies, bodies_of_splats
-from scenes.prepare.cutout.structure.level_planes import LevelPlane, level_planes, on_planes
+from scenes.prepare.cutout.colour_similarity import log_likelihood_ratio
+from scenes.prepare.cutout.connected_bodies import bodies, bodies_of_splats
+from scenes.prepare.cutout.level_planes import LevelPlane, level_planes, on_planes
 from scenes.splats import SplatCloud
 
 FloatArray = NDArray[np.float64]

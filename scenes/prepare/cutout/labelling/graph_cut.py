@@ -13,6 +13,7 @@ Links = tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float64]]
 """Pairs of splats beside each other, every pair once: (first, second, strength 0..1)."""
 
 NEIGHBOURS = 10
+"""Neighbours that a splat is linked with."""
 COLOUR_TOLERANCE = 0.12
 """Colour difference (0..1 per channel, Euclidean) at which two neighbours hold half as fast."""
 UNITS = 1000

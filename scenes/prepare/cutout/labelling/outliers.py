@@ -12,8 +12,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from scenes.prepare.cutout.colour_similarity import log_likelihood_ratio
 from scenes.prepare.cutout.labelling.above_ground import above_and_ground
-from scenes.prepare.cutout.structure.colour_similarity import log_likelihood_ratio
 from scenes.prepare.cutout.votes.lifting import FULL_SIGHT, Vote, inside_share
 from scenes.splats import SplatCloud
 
@@ -23,7 +23,7 @@ BESIDE = 0.2
 """Share of a splat's light inside the masks below which they show it beside the object."""
 PLAINLY = 2
 """How many views have to see it for that."""
-MOST_ASTRAY = 0.1
+MAX_OUTLIER_SHARE = 0.1
 """Of the object's opacity: where more lies beside its masks, they have lost a part of it."""
 
 
@@ -48,5 +48,5 @@ def outliers(
     like, unlike = (labels & ~beside & above)[near], ground[near]
     ratio = log_likelihood_ratio(cloud.colours()[near], like=like, unlike=unlike)
     beside[near] &= ratio < 0
-    much = cloud.opacities[beside].sum() > MOST_ASTRAY * cloud.opacities[labels].sum()
+    much = cloud.opacities[beside].sum() > MAX_OUTLIER_SHARE * cloud.opacities[labels].sum()
     return none if much else beside

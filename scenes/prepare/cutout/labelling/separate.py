@@ -18,6 +18,8 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
 from scenes.package.records import ViewPoint
+from scenes.prepare.cutout.colour_similarity import log_likelihood_ratio
+from scenes.prepare.cutout.connected_bodies import bodies, bodies_of_splats
 from scenes.prepare.cutout.labelling.above_ground import (
     AROUND_M,
     FREE_SHARE,
@@ -30,10 +32,8 @@ from scenes.prepare.cutout.labelling.above_ground import (
 )
 from scenes.prepare.cutout.labelling.graph_cut import Links, cut, neighbour_links
 from scenes.prepare.cutout.labelling.outliers import outliers
+from scenes.prepare.cutout.level_planes import on_planes
 from scenes.prepare.cutout.marks.masked_view import MaskedView
-from scenes.prepare.cutout.structure.colour_similarity import log_likelihood_ratio
-from scenes.prepare.cutout.structure.connected_bodies import bodies, bodies_of_splats
-from scenes.prepare.cutout.structure.level_planes import on_planes
 from scenes.prepare.cutout.votes.lifting import FULL_SIGHT, Vote, inside_share, lift
 from scenes.prepare.cutout.votes.room_views import held_against_views
 from scenes.prepare.cutout.votes.silhouettes import (
@@ -72,7 +72,9 @@ PLAIN_SIGHT = 5.0
 HELD_BY_BOX = 0.95
 """Of what the masks mean: what a box has to hold to be heeded without its mask."""
 MUST = 1e6
+"""Weight that no other outweighs, for splats outside of all boxes."""
 SMOOTHNESS = 1.0
+"""Weight of the links between neighbours against the splats' own votes."""
 LINK_REACH_M = 0.06
 """Splats farther apart than this belong to different bodies."""
 TRAINED_REACH_M = 0.12
@@ -177,7 +179,7 @@ def _held(
     if not len(found):
         return found
     positions = cloud.means.astype(np.float64)
-    inside, _ = _summed(votes)
+    inside, _ = _sum(votes)
     low, high = _weighted_range(positions[found], inside[found] + 1e-6)
     # The boxes of few views reach far back; what was found says where the object is, though masks
     # may have lost its upper or lower half.
@@ -238,7 +240,7 @@ def _in_boxes(
     for view in views:
         box = box_of(view)
         inner &= in_box(positions, view.camera, view.world_from_camera, box, BOX_SLACK)
-    inside, seen = _summed(votes)
+    inside, seen = _sum(votes)
     core = inner & (inside > CORE * np.maximum(seen, 1e-3))
     for view in dropped:
         if view.box_px is not None:
@@ -253,7 +255,7 @@ def _candidates(
     positions: FloatArray, in_boxes: BoolArray, votes: Sequence[Vote]
 ) -> NDArray[np.intp]:
     """Places of the candidates: near what the masks show."""
-    inside, seen = _summed(votes)
+    inside, seen = _sum(votes)
     core = in_boxes & (inside > CORE * np.maximum(seen, 1e-3))
     if not core.any():
         return np.zeros(0, dtype=np.intp)
@@ -279,7 +281,7 @@ def _weighted_range(
     return corners[0], corners[1]
 
 
-def _summed(votes: Sequence[Vote]) -> tuple[FloatArray, FloatArray]:
+def _sum(votes: Sequence[Vote]) -> tuple[FloatArray, FloatArray]:
     inside = np.stack([vote.inside for vote in votes]).astype(np.float64)
     seen = np.stack([vote.seen for vote in votes]).astype(np.float64)
     return inside.sum(axis=0), seen.sum(axis=0)
@@ -294,7 +296,7 @@ def _belief(
     votes: Sequence[Vote],
 ) -> FloatArray:
     """(K,) what speaks for each candidate to be the object's, as costs of `graph_cut.cut`."""
-    inside, seen = (total[chosen] for total in _summed(votes))
+    inside, seen = (total[chosen] for total in _sum(votes))
     sight = seen / (seen + FULL_SIGHT)
     lean = sight * (2 * inside / np.maximum(seen, 1e-6) - 1)
     positions = cloud.means[chosen].astype(np.float64)
@@ -360,7 +362,7 @@ def _main_body(
         count, body = bodies_of_splats(cloud.select(found), TRAINED_REACH_M)
     else:
         count, body = bodies(positions, LINK_REACH_M)
-    inside, _ = _summed(votes)
+    inside, _ = _sum(votes)
     main = int(np.argmax(np.bincount(body, weights=inside[found], minlength=count)))
     points = np.concatenate([_clicked(view, vote) for view, vote in zip(views, votes, strict=True)])
     if len(points):

@@ -9,11 +9,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-LARGEST_BRUSH_PX = 500.0
+MAX_BRUSH_PX = 500.0
 """Radius of a brush: more than half of the pictures that rooms are marked in."""
 
 Point = tuple[float, float]
 SUBPIXEL_BITS = 4
+"""Binary digits of a pixel in OpenCV's fixed point."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,10 +33,8 @@ class Stroke:
     points: tuple[Point, ...]
 
     def __post_init__(self) -> None:
-        if not 0 < self.radius_px <= LARGEST_BRUSH_PX:
-            raise ValueError(
-                f"brush: radius {self.radius_px} px, limits 0 to {LARGEST_BRUSH_PX:g} px"
-            )
+        if not 0 < self.radius_px <= MAX_BRUSH_PX:
+            raise ValueError(f"brush: radius {self.radius_px} px, limits 0 to {MAX_BRUSH_PX:g} px")
         if not self.points or not np.isfinite(self.points).all():
             raise ValueError("brush: a stroke without points, wanted finite X Y of one or more")
 

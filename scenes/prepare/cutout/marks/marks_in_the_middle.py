@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from scenes.cameras import Pinhole
 from scenes.package import ScenePackage
 from scenes.package.records import ViewPoint
+from scenes.prepare.cutout.connected_bodies import bodies
+from scenes.prepare.cutout.level_planes import level_planes
 from scenes.prepare.cutout.marks.masks import Prompt
-from scenes.prepare.cutout.structure.connected_bodies import bodies
-from scenes.prepare.cutout.structure.level_planes import level_planes
 from scenes.splats import SplatCloud
 
 FloatArray = NDArray[np.float64]
@@ -29,13 +29,17 @@ REACH_SHARE = 0.035
 RAISED_SHARE = 0.02
 """Of the photos' distance: what lies lower above the plane may be a card or the plane's noise."""
 FOOT = 2.0
-"""What lies less than this many times as high stands on the plane right below."""
+"""Height in times `RAISED_SHARE` below which points of an object are its foot on the plane."""
 SOLID = 0.3
-LEAST_SPLATS = 30
+"""Opacity from which on a splat counts."""
+MIN_SPLATS = 30
+"""Splats of a body at least."""
 TAIL = 0.005
+"""Quantile of splats left out at either end."""
 MARGIN = 0.06
 """Of a box's size: how far a person would draw it beside the object."""
 PHOTOS = 3
+"""Photos that are marked at most."""
 
 
 def marks_in_the_middle(package: ScenePackage) -> dict[str, Prompt]:
@@ -87,14 +91,14 @@ def _object_in_the_middle(package: ScenePackage) -> FloatArray:
     floor_m = _support_m(near, float(middle[2]) + raised_m)
     points = near.means.astype(np.float64)
     points = points[points[:, 2] > floor_m + raised_m]
-    if len(points) < LEAST_SPLATS:
+    if len(points) < MIN_SPLATS:
         raise _nothing(middle)
     count, body = bodies(points, REACH_SHARE * distance_m)
     sizes = np.bincount(body, minlength=count)
     # The photos' middle may pass beside an object with legs: of what is large, the nearest.
     away = np.full(count, np.inf)
     np.minimum.at(away, body, np.linalg.norm(points - middle, axis=1))
-    large = sizes >= max(LEAST_SPLATS, 0.1 * sizes.max())
+    large = sizes >= max(MIN_SPLATS, 0.1 * sizes.max())
     own = points[body == int(np.argmin(np.where(large, away, np.inf)))]
     low, high = np.quantile(own, (TAIL, 1.0 - TAIL), axis=0)
     own = own[((own >= low) & (own <= high)).all(axis=1)]

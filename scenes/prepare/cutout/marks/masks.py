@@ -9,18 +9,19 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-LARGEST_SIDE_PX = 640
+MAX_SIDE_PX = 640
 """GrabCut's time grows with the picture; its outline gains little from more."""
 STROKE_PX = 4.0
 """Half width of what a click or stroke says about its surroundings."""
 MARGIN = 0.35
 """Of the box's size: how much of its surroundings GrabCut learns the background from."""
 ITERATIONS = 5
+"""Rounds of GrabCut."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Prompt:
-    """What a person says about one object in one picture.
+    """Marks of a person on one object in one picture: a box, points.
 
     Attributes:
         box_px: (left, top, right, bottom) around the whole object, or None to use the strokes only.
@@ -81,14 +82,14 @@ class GrabCutMasks:
     def mask(self, picture: NDArray[np.uint8], prompt: Prompt) -> NDArray[np.bool_]:
         """See `Masks.mask`."""
         height, width = picture.shape[:2]
-        left, top, right, bottom = _clipped(_box_of(prompt), width, height)
+        left, top, right, bottom = _clip(_box_of(prompt), width, height)
         # GrabCut learns what the background looks like from what it is given: the surroundings
         # separate the object, the far side of the room does not.
         reach_x, reach_y = MARGIN * (right - left) + 8, MARGIN * (bottom - top) + 8
         x0, y0 = int(max(left - reach_x, 0)), int(max(top - reach_y, 0))
         x1, y1 = int(min(right + reach_x, width)), int(min(bottom + reach_y, height))
         crop = picture[y0:y1, x0:x1]
-        scale = min(1.0, LARGEST_SIDE_PX / max(crop.shape[:2]))
+        scale = min(1.0, MAX_SIDE_PX / max(crop.shape[:2]))
         small = cv2.resize(crop, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
         hints = np.full(small.shape[:2], cv2.GC_BGD, np.uint8)
         inner = np.array([left - x0, top - y0, right - x0, bottom - y0]) * scale
@@ -108,14 +109,14 @@ class GrabCutMasks:
                 centre = (round(x - 0.5), round(y - 0.5))
                 cv2.circle(hints, centre, max(1, round(STROKE_PX * scale)), int(hint), -1)
         if (hints == cv2.GC_BGD).all() or not (hints == cv2.GC_BGD).any():
-            return _pasted(hints != cv2.GC_BGD, (x0, y0, x1, y1), (height, width))
+            return _paste(hints != cv2.GC_BGD, (x0, y0, x1, y1), (height, width))
         bgr = np.ascontiguousarray(small[..., ::-1])
         models = np.zeros((1, 65)), np.zeros((1, 65))
         # OpenCV draws from its own generator; the same prompt shall give the same mask.
         cv2.setRNGSeed(0)
         cv2.grabCut(bgr, hints, (0, 0, 1, 1), *models, self._iterations, cv2.GC_INIT_WITH_MASK)
         found = (hints == cv2.GC_FGD) | (hints == cv2.GC_PR_FGD)
-        return _pasted(found, (x0, y0, x1, y1), (height, width))
+        return _paste(found, (x0, y0, x1, y1), (height, width))
 
 
 def _box_of(prompt: Prompt) -> tuple[float, float, float, float]:
@@ -128,7 +129,7 @@ def _box_of(prompt: Prompt) -> tuple[float, float, float, float]:
     return float(left), float(top), float(right), float(bottom)
 
 
-def _clipped(
+def _clip(
     box_px: tuple[float, float, float, float], width: int, height: int
 ) -> tuple[float, float, float, float]:
     left, top = max(box_px[0], 0.0), max(box_px[1], 0.0)
@@ -141,7 +142,7 @@ def _clipped(
     return left, top, right, bottom
 
 
-def _pasted(
+def _paste(
     small: NDArray[np.bool_], box: tuple[int, int, int, int], shape: tuple[int, int]
 ) -> NDArray[np.bool_]:
     x0, y0, x1, y1 = box

@@ -20,7 +20,7 @@ from scenes.render.native import NativeRenderer
 from scenes.render.renderer import PosedSplats
 from scenes.splats import SplatCloud
 
-LEAST_MASK = 0.1
+MIN_MASK_SHARE = 0.1
 """Of a box: a smaller mask was not found but lost."""
 
 
@@ -64,10 +64,10 @@ def masked_views(
     Raises:
         ValueError: a prompt lies outside its view.
     """
-    return tuple(_masked(cloud, view, masks, renderer) for view in views)
+    return tuple(_mask(cloud, view, masks, renderer) for view in views)
 
 
-def _masked(
+def _mask(
     cloud: SplatCloud, view: PromptedView, masks: Masks, renderer: NativeRenderer
 ) -> MaskedView:
     picture = drawn_picture(cloud, view, renderer) if view.picture is None else view.picture
@@ -75,7 +75,7 @@ def _masked(
     mask = masks.mask(picture, prompt)
     if prompt.box_px is not None:
         box = _within(prompt.box_px, mask.shape)
-        if mask.sum() < LEAST_MASK * box.sum():
+        if mask.sum() < MIN_MASK_SHARE * box.sum():
             # Colours separate nothing here; the box still says where.
             mask = box
     return MaskedView(

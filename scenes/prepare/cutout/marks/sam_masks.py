@@ -25,10 +25,11 @@ FEATURES = ("image_embed", "high_res_feats_0", "high_res_feats_1")
 DECODER_INPUTS = (*FEATURES, "point_coords", "point_labels", "mask_input", "has_mask_input")
 DECODER_OUTPUTS = ("masks", "iou_predictions")
 MEAN = np.array([0.485, 0.456, 0.406], dtype=np.float32)
+"""Mean of the pictures that the network was trained on, RGB."""
 DEVIATION = np.array([0.229, 0.224, 0.225], dtype=np.float32)
 """Of the pictures that these networks learned from, RGB 0..1."""
 ON, BESIDE, TOP_LEFT, BOTTOM_RIGHT = 1.0, 0.0, 2.0, 3.0
-"""What a point's label says to the decoder."""
+"""Labels of points, as the decoder expects them."""
 
 
 class SamMasks:
@@ -47,8 +48,8 @@ class SamMasks:
     def __init__(self, encoder: Path, decoder: Path | None = None, *, threads: int = 0) -> None:
         if decoder is None:
             decoder = _beside(encoder)
-        self._encoder = _opened(encoder, threads)
-        self._decoder = _opened(decoder, threads)
+        self._encoder = _open(encoder, threads)
+        self._decoder = _open(decoder, threads)
         _check(encoder, self._encoder, ("image",), FEATURES)
         _check(decoder, self._decoder, DECODER_INPUTS, DECODER_OUTPUTS)
         shape = next(i.shape for i in self._encoder.get_inputs() if i.name == "image")
@@ -136,7 +137,7 @@ def _beside(encoder: Path) -> Path:
     return encoder.with_name(encoder.name.replace("encoder", "decoder"))
 
 
-def _opened(file: Path, threads: int) -> Any:
+def _open(file: Path, threads: int) -> Any:
     if not file.is_file():
         raise ValueError(f"{file}: no such file; give the encoder, with its decoder beside it")
     options = onnxruntime.SessionOptions()

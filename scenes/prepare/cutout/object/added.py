@@ -13,7 +13,7 @@ from scenes.pose import Pose
 from scenes.state import ObjectModel
 
 ADDED = "add"
-"""What the stage of an object that came from elsewhere begins with."""
+"""Prefix of the stage of an object that came from elsewhere."""
 
 
 def add_object(

@@ -24,31 +24,35 @@ from scenes.prepare.cutout.marks.masked_view import MaskedView
 
 FloatArray = NDArray[np.float64]
 
-LEAST_OVERLAP = 0.8
+MIN_OVERLAP = 0.8
 """Of a mask and the box drawn into its view: what is less is no box, or no good mask."""
-MOST_OFF_PX = 2
+MAX_MASK_ERROR_PX = 2
 """How far beside an object its mask may end."""
-LEAST_COVERED = 0.96
+MIN_MASK_COVERED = 0.96
 """Of a mask, by the box drawn so much larger: a stool's seat reaches out above its legs."""
-LEAST_HELD = 0.96
+MIN_PLACES_HELD = 0.96
 """Of the places: what leaves more out of its rectangle, such as a mug's handle, is no box."""
-LEAST_OF_THING = 0.8
+MIN_OBJECT_SHARE = 0.8
 """Of what is known of the object: columns that fall into a stool's masks are fewer than its
 seat."""
 BESIDE_M = 0.03
 """So far beside a box what is known of the object may lie."""
-MOST_PIXEL_M = 0.0045
+MAX_PIXEL_M = 0.0045
 """A mask ends up to two pixels beside the object on either side: four should be under 2 cm."""
 AROUND_M = 0.1
 """How far beyond what is known of the object its box may reach."""
 CELL_M = 0.0025
-MOST_CELLS = 200
+"""Side of a cell of the grid, metres."""
+MAX_CELLS = 200
 """Along each side of the grid: the cells of a large object are larger."""
 COARSE = 4
 """Cells, across, that are one while the yaw is looked for."""
 LEVELS = 3
+"""Heights at which the masks vote."""
 YAWS_DEG = np.arange(-44.0, 45.0, 1.0)
+"""Yaws that are tried, degrees: a rectangle is the same after a quarter turn."""
 NEXT_YAWS_DEG = np.arange(-1.0, 1.01, 0.25)
+"""Yaws that are tried around the best of them, degrees."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +67,7 @@ class LevelRectangle:
 def box_in_masks(
     views: Sequence[MaskedView], places: FloatArray, span_m: tuple[float, float]
 ) -> LevelRectangle | None:
-    """Where the box stands that the masks show; None if what they show is no box.
+    """Fit a standing box to masks; None if they show no box.
 
     Args:
         views: with masks of the object; pinhole ones from near enough are looked at.
@@ -77,29 +81,29 @@ def box_in_masks(
     if not seen:
         return None
     reach = AROUND_M + float(np.quantile(np.linalg.norm(places - middle, axis=1), 0.99))
-    cell = max(CELL_M, 2 * reach / MOST_CELLS)
+    cell = max(CELL_M, 2 * reach / MAX_CELLS)
     count = COARSE * int(np.ceil(2 * reach / (cell * COARSE)))
     along = (np.arange(count) + 0.5 - count / 2) * cell
     grid = np.stack(np.meshgrid(along, along, indexing="ij"), axis=-1)
     voices = _voices(seen, middle + grid.reshape(-1, 2), span_m).reshape(count, count)
-    coarse = [_best(_turned(voices, yaw), COARSE)[0] for yaw in np.deg2rad(YAWS_DEG)]
+    coarse = [_best(_turn(voices, yaw), COARSE)[0] for yaw in np.deg2rad(YAWS_DEG)]
     near = np.deg2rad(YAWS_DEG[int(np.argmax(coarse))] + NEXT_YAWS_DEG)
-    fine = [_best(_turned(voices, yaw), 1) for yaw in near]
+    fine = [_best(_turn(voices, yaw), 1) for yaw in near]
     best = int(np.argmax([gain for gain, _ in fine]))
     yaw, ends = float(near[best]), fine[best][1]
-    places_in = _turned(voices, yaw) > 0
-    if places_in[slice(*ends[0]), slice(*ends[1])].sum() < LEAST_HELD * places_in.sum():
+    places_in = _turn(voices, yaw) > 0
+    if places_in[slice(*ends[0]), slice(*ends[1])].sum() < MIN_PLACES_HELD * places_in.sum():
         return None
     low, high = (np.array(ends).T - count / 2) * cell
     beside = np.abs((places - middle) @ _axes(yaw).T - 0.5 * (low + high)) - 0.5 * (high - low)
-    if (beside < BESIDE_M).all(axis=1).mean() < LEAST_OF_THING:
+    if (beside < BESIDE_M).all(axis=1).mean() < MIN_OBJECT_SHARE:
         return None
     x, y = middle + _axes(yaw).T @ (0.5 * (low + high))
     sides = float(high[0] - low[0]), float(high[1] - low[1])
     found = LevelRectangle((float(x), float(y)), yaw, sides)
     fits = [_fit(view, camera, found, span_m) for view, camera in seen]
     overlap, covered = np.median(fits, axis=0)
-    return found if overlap >= LEAST_OVERLAP and covered >= LEAST_COVERED else None
+    return found if overlap >= MIN_OVERLAP and covered >= MIN_MASK_COVERED else None
 
 
 def _near_enough(
@@ -110,7 +114,7 @@ def _near_enough(
     for view in views:
         if isinstance(view.camera, Pinhole):
             away = float(np.linalg.norm(view.world_from_camera.translation - middle))
-            if away <= MOST_PIXEL_M * view.camera.fx:
+            if away <= MAX_PIXEL_M * view.camera.fx:
                 seen.append((view, view.camera))
     return seen
 
@@ -139,7 +143,7 @@ def _voices(
     return inside / np.maximum(framed, 1.0) - 0.5
 
 
-def _turned(voices: FloatArray, yaw: float) -> FloatArray:
+def _turn(voices: FloatArray, yaw: float) -> FloatArray:
     """The grid along the sides of a rectangle of that yaw."""
     count = len(voices)
     along = np.arange(count) + 0.5 - count / 2
@@ -186,7 +190,7 @@ def _fit(
     drawn = np.zeros(view.mask.shape, dtype=np.uint8)
     hull = cv2.convexHull(np.floor(pixels).astype(np.int32))
     cv2.fillConvexPoly(drawn, hull, 1)
-    larger = cv2.dilate(drawn, np.ones((2 * MOST_OFF_PX + 1,) * 2, dtype=np.uint8)) > 0
+    larger = cv2.dilate(drawn, np.ones((2 * MAX_MASK_ERROR_PX + 1,) * 2, dtype=np.uint8)) > 0
     union = int(((drawn > 0) | view.mask).sum())
     overlap = float(((drawn > 0) & view.mask).sum() / max(union, 1))
     return overlap, float((larger & view.mask).sum() / max(int(view.mask.sum()), 1))

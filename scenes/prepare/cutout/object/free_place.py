@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 from scenes.package import ScenePackage
 
 CELL_M = 0.05
+"""Side of a cell of the floor, metres."""
 FLOOR_REACH_M = 0.05
 """Splats this near to z = 0 are floor."""
 GAP_M = 0.3
 """Between splats of the floor: what is wider is no floor."""
 CLEAR_M = 0.08
-"""What stands higher than this is in the way."""
+"""Height above which an object is in the way."""
 BESIDE_M = 0.15
 """Kept free around the object."""
 SOLID = 0.3

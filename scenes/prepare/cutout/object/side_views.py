@@ -16,26 +16,28 @@ from scenes.prepare.cutout.votes.seen_from import SeenFrom
 
 FloatArray = NDArray[np.float64]
 
-LEAST_VIEWS = 3
+MIN_VIEWS = 3
+"""Views that have to agree."""
 ACROSS = 0.7
 """Cosine between a direction and how a view looks, from which on it does not look across."""
-MOST_ACROSS = 2 / 3
+MAX_SHARE_ACROSS = 2 / 3
 """Of the views that look across: those that do most are used."""
 SLICE_M = 0.01
-LEAST_SLICE = 0.05
+"""Thickness of a slice across, metres."""
+MIN_SLICE_SHARE = 0.05
 """Of the points in the fullest slice across: a slice that holds fewer is of strays."""
 RIM_M = 0.05
 """How far below a level top the points of its rim may lie."""
-LEAST_ABOVE_M = 0.3
+MIN_ABOVE_M = 0.3
 """A view from less far above a level top looks along it."""
-LEAST_SPREAD = 0.03
+MIN_SPREAD = 0.03
 """Of the views' directions, as the mean square of the sine between them: less gives no middle."""
 
 
 def reach_across(
     views: Sequence[SeenFrom], axis: FloatArray, above_m: float
 ) -> tuple[float, float] | None:
-    """Where an object begins and ends along a level direction; None if too few views look across.
+    """Ends of an object along a level direction; None if too few views look across.
 
     Args:
         views: what they show of it.
@@ -51,11 +53,11 @@ def reach_across(
         along = abs(float(sight[:2] @ axis)) / float(np.linalg.norm(sight))
         if along < ACROSS:
             ends_by_view.append((along, _ends(points[:, :2] @ axis)))
-    if len(ends_by_view) < LEAST_VIEWS:
+    if len(ends_by_view) < MIN_VIEWS:
         return None
     # The more a view looks along, the more it sees ends by depths as well.
     ends_by_view.sort()
-    used = max(LEAST_VIEWS, round(MOST_ACROSS * len(ends_by_view)))
+    used = max(MIN_VIEWS, round(MAX_SHARE_ACROSS * len(ends_by_view)))
     low, high = np.median([ends for _, ends in ends_by_view[:used]], axis=0)
     return float(low), float(high)
 
@@ -78,7 +80,7 @@ def widest_reach(
         points = view.above(above_m)
         if len(points):
             ends_by_view.append(_ends(points[:, :2] @ axis))
-    if len(ends_by_view) < LEAST_VIEWS:
+    if len(ends_by_view) < MIN_VIEWS:
         return None
     lows, highs = np.sort(ends_by_view, axis=0).T
     return float(lows[1]), float(highs[-2])
@@ -87,7 +89,7 @@ def widest_reach(
 def far_ends(
     views: Sequence[SeenFrom], axis: FloatArray, level_m: float
 ) -> tuple[float | None, float | None]:
-    """Where a level top begins and ends along a direction, on the sides away from the views.
+    """Ends of a level top along a direction, on the sides away from the views.
 
     The highest rays of an outline meet the top in its far rim, whatever their depths say. None
     where too few views look along the direction from the other side.
@@ -101,7 +103,7 @@ def far_ends(
     highs: list[float] = []
     for view in views:
         points = view.above(level_m - RIM_M)
-        if not len(points) or view.eye[2] < level_m + LEAST_ABOVE_M:
+        if not len(points) or view.eye[2] < level_m + MIN_ABOVE_M:
             continue
         sight = points.mean(axis=0) - view.eye
         along = float(sight[:2] @ axis) / float(np.linalg.norm(sight))
@@ -113,7 +115,7 @@ def far_ends(
             away = float(np.hypot(np.linalg.norm(met.mean(axis=0) - view.eye[:2]), above))
             beyond = 0.5 * view.pixel_rad * away**2 / above
             (highs if along > 0 else lows).append(high + beyond if along > 0 else low - beyond)
-    low, high = (float(np.median(e)) if len(e) >= LEAST_VIEWS else None for e in (lows, highs))
+    low, high = (float(np.median(e)) if len(e) >= MIN_VIEWS else None for e in (lows, highs))
     return low, high
 
 
@@ -141,10 +143,10 @@ def middle_of_top(views: Sequence[SeenFrom], level_m: float) -> FloatArray | Non
         turn = 0.5 * sum(_ends(away * np.arctan2(rays @ left, rays @ ahead))) / away
         normals.append(np.cos(turn) * left - np.sin(turn) * ahead)
         offsets.append(float(normals[-1] @ view.eye[:2]))
-    if len(normals) < LEAST_VIEWS:
+    if len(normals) < MIN_VIEWS:
         return None
     across = np.array(normals)
-    if np.linalg.eigvalsh(across.T @ across / len(across))[0] < LEAST_SPREAD:
+    if np.linalg.eigvalsh(across.T @ across / len(across))[0] < MIN_SPREAD:
         return None
     return np.asarray(np.linalg.lstsq(across, np.array(offsets), rcond=None)[0], dtype=np.float64)
 
@@ -154,5 +156,5 @@ def _ends(places: FloatArray) -> tuple[float, float]:
     slices = np.floor(places / SLICE_M).astype(np.intp)
     slices -= slices.min()
     count = np.bincount(slices)
-    kept = places[count[slices] >= LEAST_SLICE * count.max()]
+    kept = places[count[slices] >= MIN_SLICE_SHARE * count.max()]
     return float(kept.min()), float(kept.max())

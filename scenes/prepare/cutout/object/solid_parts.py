@@ -26,9 +26,11 @@ CELL_M = (0.01, 0.04)
 """A cell's side at least and at most, metres."""
 SOLID = 0.5
 """Opacity in a cell from which on it is filled."""
-MOST_PARTS = 16
+MAX_PARTS = 16
+"""Boxes that an object is made of, for the physics' sake."""
 WALLS = 4
-LEAST_SHARE = 0.01
+"""Sides of four that have to be walled in for a cell to be inside."""
+MIN_PART_SHARE = 0.01
 """Of what is solid: a part that adds less is left out."""
 
 DENSITY_OF_SIZE = ((0.4, 350.0), (1.3, 220.0), (np.inf, 150.0))
@@ -44,7 +46,7 @@ def solid_parts(cloud: SplatCloud, box_m: tuple[float, float, float]) -> tuple[B
         box_m: its extents (x, y, z); nothing of a part lies outside.
     """
     size, cell = _grid(box_m)
-    return _boxes(_enclosed(_filled(cloud, size, cell)), size, cell)
+    return _boxes(_enclose(_fill(cloud, size, cell)), size, cell)
 
 
 def solid_parts_of_surface(
@@ -63,7 +65,7 @@ def solid_parts_of_surface(
     index = np.floor((points - corner) / cell).astype(np.intp)
     walls = np.zeros(tuple(shape), dtype=bool)
     walls[tuple(np.clip(index, 0, shape - 1).T)] = True
-    return _boxes(_enclosed(walls), size, cell)
+    return _boxes(_enclose(walls), size, cell)
 
 
 def _grid(box_m: tuple[float, float, float]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -78,10 +80,10 @@ def _boxes(
     total = int(filled.sum())
     parts: list[BoxPart] = []
     left = filled.copy()
-    while left.any() and len(parts) < MOST_PARTS:
+    while left.any() and len(parts) < MAX_PARTS:
         low, high = _largest_box(left)
         left[low[0] : high[0], low[1] : high[1], low[2] : high[2]] = False
-        if parts and np.prod(high - low) < LEAST_SHARE * total:
+        if parts and np.prod(high - low) < MIN_PART_SHARE * total:
             break
         centre = 0.5 * (low + high) * cell - (0.5 * size[0], 0.5 * size[1], 0.0)
         half = 0.5 * (high - low) * cell
@@ -104,7 +106,7 @@ def _part(centre: NDArray[np.float64], half: NDArray[np.float64]) -> BoxPart:
     return BoxPart(Pose(np.eye(3), centre), (x, y, z))
 
 
-def _filled(cloud: SplatCloud, size: NDArray[np.float64], cell: NDArray[np.float64]) -> BoolArray:
+def _fill(cloud: SplatCloud, size: NDArray[np.float64], cell: NDArray[np.float64]) -> BoolArray:
     """(X, Y, Z) cells that hold enough opacity, sampled on each splat's two larger axes."""
     shape = tuple(int(n) for n in np.round(size / cell))
     through = np.zeros(shape)
@@ -130,7 +132,7 @@ def _filled(cloud: SplatCloud, size: NDArray[np.float64], cell: NDArray[np.float
     return 1.0 - np.exp(through) > SOLID
 
 
-def _enclosed(filled: BoolArray) -> BoolArray:
+def _enclose(filled: BoolArray) -> BoolArray:
     """The filled cells, and those that are walled in to at least `WALLS` of four sides and above.
 
     One side may be missing: scans have gaps, and nobody sees undersides.
@@ -157,13 +159,13 @@ def _largest_box(filled: BoolArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]
     best = (np.zeros(3, dtype=np.intp), np.zeros(3, dtype=np.intp))
     for seed in seeds[:: max(len(seeds) // 12, 1)]:
         for order in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-            low, high = _grown(filled, seed, order)
+            low, high = _grow(filled, seed, order)
             if np.prod(high - low) > np.prod(best[1] - best[0]):
                 best = low, high
     return best
 
 
-def _grown(
+def _grow(
     filled: BoolArray, seed: NDArray[np.intp], order: tuple[int, ...]
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """The box around a cell, stretched along one axis after the other while it stays filled."""

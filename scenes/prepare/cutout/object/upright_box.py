@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from scenes.pose import Pose
 from scenes.prepare.cutout.marks.masked_view import MaskedView
 from scenes.prepare.cutout.object.box_in_masks import LevelRectangle, box_in_masks
-from scenes.prepare.cutout.object.level_top import level_top
-from scenes.prepare.cutout.object.round_top import RoundTop, round_top
+from scenes.prepare.cutout.object.level_top import RoundTop, level_top, round_top
 from scenes.prepare.cutout.object.side_views import (
     far_ends,
     middle_of_top,
@@ -33,19 +32,22 @@ SOLID = 0.3
 SUPPORT_REACH_M = 0.06
 """A support is looked for this far above and below the object's lowest splats."""
 LEVEL_M = 0.006
+"""Height of a bin in which the support is looked for, metres."""
 NEAR_LEVEL_M = 0.015
+"""Distance from that height within which splats are the support's, metres."""
 SUPPORT_RING_M = 0.2
 """And so far around it."""
-LEAST_SUPPORT = 12
+MIN_SUPPORT_SPLATS = 12
+"""Splats that show a support at least."""
 SURFACE_TAIL = 0.0005
 """The same as `TAIL` for points that several views agree about."""
-LEAST_HEIGHT_M = 0.1
+MIN_HEIGHT_M = 0.1
 """Of a lower object the sides are as few pixels as the top: no far rim is separate."""
-MOST_OFF_M = 0.05
+MAX_REACH_ERROR_M = 0.05
 """How far views may be wrong about how near a level top reaches."""
 BEYOND_RIM_M = 0.015
 """An object reaches beyond its round top if it does so by more; less far it cannot reach."""
-LEAST_SURFACE = 300
+MIN_SURFACE_POINTS = 300
 """Points of a surface from which on they say more than splats."""
 
 
@@ -103,7 +105,7 @@ def upright_box(
     weights = chosen.opacities.astype(np.float64)
     bottom, top = _span(points[:, 2], weights, TAIL)
     tail, level_m = TAIL, None
-    if len(surface.own) >= LEAST_SURFACE:
+    if len(surface.own) >= MIN_SURFACE_POINTS:
         points, weights, tail = surface.own, np.ones(len(surface.own)), SURFACE_TAIL
         bottom, top = _span(points[:, 2], weights, tail)
         level_m = level_top(points, top)
@@ -114,7 +116,7 @@ def upright_box(
     above = points[:, 2] > support
     if above.sum() >= 4:
         points, weights = points[above], weights[above]
-    level_m = level_m if top - support > LEAST_HEIGHT_M else None
+    level_m = level_m if top - support > MIN_HEIGHT_M else None
     disc = None if level_m is None else round_top(surface.by_view, level_m)
     seen = _Seen(surface.by_view, support, level_m, disc)
     level = box_in_masks(masks, points[:, :2], (support, top)) or _around(
@@ -130,7 +132,7 @@ def upright_box(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Seen:
-    """What single views show of an object above its support.
+    """Points of an object above its support, as single views show them.
 
     Attributes:
         views: what they show.
@@ -169,7 +171,7 @@ class _Seen:
     def _beyond(
         self, rim: tuple[float, float], axis: FloatArray, across: tuple[float, float]
     ) -> tuple[float, float]:
-        """Where an object ends along a direction that reaches beyond its round top.
+        """Return the ends of an object along a direction that reaches beyond its round top.
 
         Legs do so on both sides, and a handle is not only low: what lies low on one side is the
         floor's.
@@ -183,7 +185,7 @@ class _Seen:
         return low, high
 
     def _near_end(self, axis: FloatArray, far: float, agreed: float) -> float:
-        """Where a level top seen from one side ends on that side.
+        """Return the near end of a level top seen from one side.
 
         As far from its middle as the far rim, if it is symmetric; depths measure it too,
         as roughly: both are used.
@@ -193,7 +195,7 @@ class _Seen:
         if middle is None:
             return agreed
         mirrored = 2.0 * float(middle @ axis) - far
-        return 0.5 * (agreed + mirrored) if abs(mirrored - agreed) < MOST_OFF_M else agreed
+        return 0.5 * (agreed + mirrored) if abs(mirrored - agreed) < MAX_REACH_ERROR_M else agreed
 
 
 def _around(places: FloatArray, weights: FloatArray, tail: float, seen: _Seen) -> LevelRectangle:
@@ -247,13 +249,13 @@ def _support(
     high = np.append(points[:, :2].max(axis=0) + SUPPORT_RING_M, top)
     centres = level[((level > low) & (level < high)).all(axis=1), 2]
     seen = around[((around > low) & (around < high)).all(axis=1), 2]
-    if len(centres) < LEAST_SUPPORT:
+    if len(centres) < MIN_SUPPORT_SPLATS:
         return bottom, False
-    if len(seen) < LEAST_SURFACE:
+    if len(seen) < MIN_SURFACE_POINTS:
         return _densest(centres), True
     height = _densest(seen)
     near = centres[np.abs(centres - height) < NEAR_LEVEL_M]
-    return (float(np.median(near)) if len(near) >= LEAST_SUPPORT else height), True
+    return (float(np.median(near)) if len(near) >= MIN_SUPPORT_SPLATS else height), True
 
 
 def _densest(heights: FloatArray) -> float:

@@ -1,1 +1,1 @@
-"""What stays with the room: background, residual splats, shadows, the hole that is filled."""
+"""Remaining room: background, residual splats, shadows, the hole that is filled."""

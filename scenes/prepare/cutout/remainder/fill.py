@@ -12,15 +12,17 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from scenes.prepare.cutout.colour_similarity import usual
+from scenes.prepare.cutout.level_planes import level_area
 from scenes.prepare.cutout.object.upright_box import UprightBox
-from scenes.prepare.cutout.structure.colour_similarity import usual
-from scenes.prepare.cutout.structure.level_planes import level_area
 from scenes.splats import SplatCloud
 
 FloatArray = NDArray[np.float64]
 
 CELL_M = 0.01
+"""Side of a cell of the hole, metres."""
 MARGIN_M = 0.04
+"""Width around an object's outline that is filled too, metres."""
 PLANE_REACH_M = 0.02
 """Splats this near to the plane belong to the support."""
 COVERED = 0.5
@@ -30,10 +32,13 @@ RIM_M = 0.35
 OVERLAP = 0.75
 """Standard deviation of a new splat in cells' steps: enough to leave no gaps."""
 STEP_CELLS = 2
+"""Cells between the splats of a fill."""
 SOURCES = 15
 """Splats of the support that a new one takes its colour from."""
 OPACITY = 0.95
+"""Opacity of a fill's splats."""
 THICKNESS_M = 0.0008
+"""Thickness of a fill's splats, standard deviation in metres."""
 
 
 def fill_support(room: SplatCloud, footprint: FloatArray, box: UprightBox) -> SplatCloud | None:
@@ -71,7 +76,7 @@ def fill_support(room: SplatCloud, footprint: FloatArray, box: UprightBox) -> Sp
     colours = np.clip(around.colours(), 0.0, 1.0)
     own = usual(colours, among=colours, area=level_area(around))
     around = around.select(own) if own.any() else around
-    return _laid(places, around, box.support_z_m, hole, low)
+    return _lay(places, around, box.support_z_m, hole, low)
 
 
 def _within(outline: FloatArray, low: FloatArray, shape: tuple[int, ...]) -> NDArray[np.bool_]:
@@ -108,7 +113,7 @@ def _coverage(support: SplatCloud, low: FloatArray, shape: tuple[int, ...]) -> F
     return 1.0 - through
 
 
-def _laid(
+def _lay(
     places: FloatArray,
     support: SplatCloud,
     height_m: float,

@@ -10,15 +10,15 @@ from numpy.typing import NDArray
 from scenes.cut import divide
 from scenes.package import ScenePackage
 from scenes.package.records import Stage
-from scenes.prepare.cutout.structure.connected_bodies import bodies_of_splats
+from scenes.prepare.cutout.connected_bodies import bodies_of_splats
 from scenes.splats import SplatCloud
 
 FLOATERS = "floaters"
-"""What the stage of a cut without an object is called after."""
+"""Name of the stage of a cut without an object."""
 REACH_M = 0.12
 """Splats of a surface are closer to each other than this, plus their own size."""
-LEAST_AREA_M2 = 0.004
-"""What hangs together with less opaque surface than this, away from all else, is no object."""
+MIN_AREA_M2 = 0.004
+"""Opaque surface below which a connected body, away from all else, is no object."""
 
 
 def find_floaters(cloud: SplatCloud) -> NDArray[np.bool_]:
@@ -33,7 +33,7 @@ def find_floaters(cloud: SplatCloud) -> NDArray[np.bool_]:
     sizes = np.sort(cloud.scales.astype(np.float64), axis=1)[:, 1:]
     area = np.pi * sizes.prod(axis=1) * cloud.opacities
     total = np.bincount(body, weights=area, minlength=count)
-    return total[body] < LEAST_AREA_M2
+    return total[body] < MIN_AREA_M2
 
 
 def remove_floaters(package: ScenePackage) -> tuple[ScenePackage, int]:

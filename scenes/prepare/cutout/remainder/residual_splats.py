@@ -1,5 +1,5 @@
 # pyright: standard
-"""What an object leaves on its support where it stood: dark edges, and the shadow at its foot.
+"""Residual splats of an object on its support: dark edges, and the shadow at its foot.
 
 Nobody saw the support there. Splats at an object's lower edge lie on both sides of it, and shadow
 goes with the object that casts it. What lies under or right beside the foot in a colour that the
@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from scenes.prepare.cutout.colour_similarity import usual
 from scenes.prepare.cutout.labelling.above_ground import SOLID
-from scenes.prepare.cutout.structure.colour_similarity import usual
-from scenes.prepare.cutout.structure.level_planes import level_area
+from scenes.prepare.cutout.level_planes import level_area
 from scenes.splats import SplatCloud
 
 BoolArray = NDArray[np.bool_]
@@ -35,7 +35,7 @@ AROUND_M = 0.3
 SURFACE_M = 0.03
 """How far the support's splats lie from it."""
 CELL_M = 0.005
-LEAST_AROUND = 40
+MIN_SPLATS_AROUND = 40
 """Splats of the support from which on its look is known."""
 
 
@@ -60,7 +60,7 @@ def residual_splats(cloud: SplatCloud, labels: BoolArray, support_z_m: float) ->
     level = solid[near] & (np.abs(height[near]) < SURFACE_M)
     support = near[level & (apart > SHADOW_M)]
     under = near[(apart < BESIDE_M) & (height[near] > DEPTHS_M[0]) & (height[near] < DEPTHS_M[1])]
-    if len(support) < LEAST_AROUND or not len(under):
+    if len(support) < MIN_SPLATS_AROUND or not len(under):
         return found
     colours = np.clip(cloud.colours(), 0.0, 1.0)
     area = level_area(cloud.select(support))

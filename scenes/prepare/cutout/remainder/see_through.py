@@ -27,15 +27,17 @@ from scenes.splats import SplatCloud
 
 BoolArray = NDArray[np.bool_]
 
-MOST_VIEWS = 16
-LEAST_VIEWS = 3
+MAX_VIEWS = 16
+"""Views that are drawn, evenly out of those that frame the object."""
+MIN_VIEWS = 3
+"""Views below which nothing is decided."""
 CHANGED = 0.05
 """Of any channel (0..1): what a picture has to change by for the change to be seen."""
-LEAST_CHANGING = 0.25
+MIN_CHANGING_SHARE = 0.25
 """Share of a splat's light that has to fall where the picture changes without the object."""
 SEEN_PX = 0.5
 """Light, in pixels of all views, below which nothing is decided."""
-MOST_THROUGH = 0.3
+MAX_SEE_THROUGH_SHARE = 0.3
 """Of the object's opacity: where more shows the background, the object only looks like it."""
 
 
@@ -56,26 +58,26 @@ def shows_background(
     """
     none = np.zeros(len(cloud), dtype=bool)
     framing = close_views(viewpoints, cloud.means[labels].astype(np.float64))
-    if len(framing) < LEAST_VIEWS:
+    if len(framing) < MIN_VIEWS:
         return none
 
     def changes() -> Iterator[tuple[CloseView, BoolArray]]:
-        for view in evenly(framing, MOST_VIEWS):
+        for view in evenly(framing, MAX_VIEWS):
             shown = framed(cloud, view.camera, view.world_from_camera)
             rest = shown[~labels[shown]]
             change = np.abs(
-                _drawn(cloud.select(shown), view, renderer)
-                - _drawn(cloud.select(rest), view, renderer)
+                _draw(cloud.select(shown), view, renderer)
+                - _draw(cloud.select(rest), view, renderer)
             )
             yield view, change.max(axis=2) > CHANGED
 
     changing, seen = light_in_masks(cloud, changes(), renderer=renderer)
-    through = labels & (seen > SEEN_PX) & (changing < LEAST_CHANGING * seen)
-    if cloud.opacities[through].sum() > MOST_THROUGH * cloud.opacities[labels].sum():
+    through = labels & (seen > SEEN_PX) & (changing < MIN_CHANGING_SHARE * seen)
+    if cloud.opacities[through].sum() > MAX_SEE_THROUGH_SHARE * cloud.opacities[labels].sum():
         return none
     return through
 
 
-def _drawn(cloud: SplatCloud, view: CloseView, renderer: NativeRenderer) -> NDArray[np.float32]:
+def _draw(cloud: SplatCloud, view: CloseView, renderer: NativeRenderer) -> NDArray[np.float32]:
     posed = [PosedSplats(cloud, Pose.identity())]
     return np.clip(renderer.render(posed, view.camera, view.world_from_camera).rgb, 0.0, 1.0)

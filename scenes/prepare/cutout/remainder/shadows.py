@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 from scipy.spatial.distance import cdist
 
-from scenes.prepare.cutout.structure.colour_similarity import usual
-from scenes.prepare.cutout.structure.level_planes import level_area
+from scenes.prepare.cutout.colour_similarity import usual
+from scenes.prepare.cutout.level_planes import level_area
 from scenes.splats import SH_C0, SplatCloud
 
 BoolArray = NDArray[np.bool_]
@@ -30,22 +30,24 @@ BESIDE_M = 0.9
 """Up to so far away the support shows how light it is without the object."""
 SAME_HUE = 0.03
 """Difference of the channels' shares up to which two places are of one hue."""
-MOST_ASKED = 2000
+MAX_COMPARED = 2000
 """So many splats of the lit support are compared at most."""
-LEAST_ALIKE = 0.02
+MIN_SHARE_OF_HUE = 0.02
 """Share of the lit support that has to be of a hue to measure how light it is."""
 SMOOTH_M = 0.05
 """Distance within which a shadow is uniform, metres."""
 NOTICED = 0.95
-"""What is darker than this share is in the shadow."""
+"""Share of the lit support's light below which a splat is in the shadow."""
 DARKEST = 0.4
 """No shadow is darker than this."""
 DARKER = 0.5
-"""What is darker than this share without the shadow is so by itself."""
-LEAST_LIGHT = 1e-3
+"""Share below which a splat without the shadow is dark by itself."""
+MIN_LIGHT = 1e-3
+"""Light below which a ratio to it says nothing."""
 THIN_M = 0.015
 """Standard deviation up to which splats lie flat: feet of objects that stand there do not."""
 CELL_M = 0.01
+"""Side of a cell of the support, metres."""
 
 
 def without_shadow(
@@ -79,7 +81,7 @@ def _gains(room: SplatCloud, footprint: FloatArray, support_z_m: float) -> Float
     colours, areas = np.clip(room.colours().astype(np.float64), 0.0, 1.0), level_area(room)
     here, there = colours[near], colours[beside]
     share, is_known = _share(here, there, areas[beside])
-    smooth = _smoothed(share, areas[near], room.means[near, :2])
+    smooth = _smooth(share, areas[near], room.means[near, :2])
     fade = np.clip((REACH_M - away_m[away_m < REACH_M]) / FADES_M, 0.0, 1.0)
     gain = np.clip(smooth / NOTICED, DARKEST, 1.0) ** -fade
     # What would not look like the support in the light is something else that lies there.
@@ -108,19 +110,19 @@ def _share(
     colours: FloatArray, lit_colours: FloatArray, lit_areas: FloatArray
 ) -> tuple[FloatArray, BoolArray]:
     """(N,) how light colours are beside what is of their hue in the light, and if that is known."""
-    order = np.argsort(lit_areas)[::-1][:MOST_ASKED]
+    order = np.argsort(lit_areas)[::-1][:MAX_COMPARED]
     lit_colours, lit_areas = lit_colours[order], lit_areas[order]
     light, lit_light = colours.mean(axis=1), lit_colours.mean(axis=1)
     same = cdist(_hue(colours), _hue(lit_colours)) < SAME_HUE
     rank = np.argsort(lit_light)
     total = np.cumsum(same[:, rank] * lit_areas[rank], axis=1)
     middle = (total >= 0.5 * total[:, -1:]).argmax(axis=1)
-    is_known = total[:, -1] > LEAST_ALIKE * lit_areas.sum()
-    share = light / np.maximum(lit_light[rank][middle], LEAST_LIGHT)
+    is_known = total[:, -1] > MIN_SHARE_OF_HUE * lit_areas.sum()
+    share = light / np.maximum(lit_light[rank][middle], MIN_LIGHT)
     return np.where(is_known, share, 1.0), is_known
 
 
-def _smoothed(share: FloatArray, areas: FloatArray, places: NDArray[np.float32]) -> FloatArray:
+def _smooth(share: FloatArray, areas: FloatArray, places: NDArray[np.float32]) -> FloatArray:
     """(N,) the middle one of the shares around each place, weighed by area."""
     near = KDTree(places).query_ball_point(places, SMOOTH_M)
     return np.array([_middle(share[k], areas[k]) for k in near])
@@ -128,7 +130,7 @@ def _smoothed(share: FloatArray, areas: FloatArray, places: NDArray[np.float32])
 
 def _hue(colours: FloatArray) -> FloatArray:
     """(N, 3) the channels' shares."""
-    return colours / np.maximum(colours.sum(axis=1, keepdims=True), LEAST_LIGHT)
+    return colours / np.maximum(colours.sum(axis=1, keepdims=True), MIN_LIGHT)
 
 
 def _middle(values: FloatArray, weights: FloatArray) -> float:

@@ -22,7 +22,7 @@ FloatArray = NDArray[np.float64]
 
 MARGIN = 0.25
 """Of the object's size in a view: how far around it the view is cropped."""
-MOST_PX = 260
+MAX_PX = 260
 """Longest side of a crop."""
 
 
@@ -62,7 +62,7 @@ def evenly(views: Sequence[CloseView], most: int) -> tuple[CloseView, ...]:
 
 
 def cropped(camera: Pinhole, world_from_camera: Pose, points: FloatArray) -> Pinhole | None:
-    """The part of a view around world points (N, 3), at most `MOST_PX` large.
+    """The part of a view around world points (N, 3), at most `MAX_PX` large.
 
     None where a point lies outside the picture, but for the outermost few.
     """
@@ -79,7 +79,7 @@ def cropped(camera: Pinhole, world_from_camera: Pose, points: FloatArray) -> Pin
     reach = MARGIN * (high - low).max() + 4
     first = np.floor(np.maximum(low - reach, 0)).astype(int)
     last = np.ceil(np.minimum(high + reach, limit)).astype(int)
-    scale = min(1.0, MOST_PX / float((last - first).max()))
+    scale = min(1.0, MAX_PX / float((last - first).max()))
     size = np.maximum(np.round((last - first) * scale).astype(int), 1)
     return Pinhole(
         int(size[0]),

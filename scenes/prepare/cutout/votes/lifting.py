@@ -24,7 +24,7 @@ FULL_SIGHT = 0.5
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Vote:
-    """What one view says about every splat.
+    """Vote of one view on every splat.
 
     Attributes:
         inside: (N,) float32, blend weight that falls into the mask, summed over pixels.

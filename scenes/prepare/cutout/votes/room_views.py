@@ -32,10 +32,13 @@ from scenes.splats import SplatCloud
 BoolArray = NDArray[np.bool_]
 FloatArray = NDArray[np.float64]
 
-MOST_VIEWS = 16
-LEAST_VIEWS = 3
+MAX_VIEWS = 16
+"""Views that vote, evenly out of those that frame the object."""
+MIN_VIEWS = 3
+"""Views below which none vote."""
 ROUNDS = 2
-LEAST_PX = 60
+"""Rounds in which silhouettes of the last labels vote for the next."""
+MIN_PX = 60
 """A smaller silhouette says nothing."""
 SEEN_PX = 0.5
 """Light, in pixels of all views, below which a splat is seen in none."""
@@ -51,6 +54,7 @@ on its outline."""
 BESIDE_M = 0.03
 """How far from a surface a splat may hang to follow it."""
 MAJORITY = 0.5
+"""Share of a splat's light inside the silhouettes from which on it is the object's."""
 
 
 def held_against_views(
@@ -74,9 +78,9 @@ def held_against_views(
     """
     solid = guess & (cloud.opacities >= FAINT)
     framing = close_views(viewpoints, cloud.means[solid].astype(np.float64))
-    if len(framing) < LEAST_VIEWS:
+    if len(framing) < MIN_VIEWS:
         return guess | hidden
-    views = evenly(framing, MOST_VIEWS)
+    views = evenly(framing, MAX_VIEWS)
     labels = guess
     share_inside, seen = np.zeros((2, len(cloud)))
     for _ in range(ROUNDS):
@@ -105,7 +109,7 @@ def painting(
 ) -> BoolArray:
     """(N,) the splats most of whose light falls into the labelled splats' silhouettes."""
     framing = close_views(viewpoints, cloud.means[labels].astype(np.float64))
-    inside, seen = _light(cloud, labels, evenly(framing, MOST_VIEWS), renderer)
+    inside, seen = _light(cloud, labels, evenly(framing, MAX_VIEWS), renderer)
     return inside > MAJORITY * np.maximum(seen, 1e-9)
 
 
@@ -128,7 +132,7 @@ def _light(
                 renderer=renderer,
             )
             mask = drawn > MAJORITY
-            if mask.sum() >= LEAST_PX:
+            if mask.sum() >= MIN_PX:
                 yield view, mask
 
     return light_in_masks(cloud, silhouettes(), renderer=renderer)

@@ -1,4 +1,4 @@
-"""What one view shows of an object: points on it up to its outline."""
+"""Points of an object in one view, up to its outline."""
 
 from __future__ import annotations
 
@@ -9,12 +9,13 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
-LEAST_POINTS = 60
+MIN_POINTS = 60
+"""Points of a view below which it says nothing of the object."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SeenFrom:
-    """What one view shows of an object, up to its outline.
+    """Points of an object in one view, up to its outline.
 
     Attributes:
         eye: (3,) where it is seen from.
@@ -29,7 +30,7 @@ class SeenFrom:
     def above(self, height_m: float) -> FloatArray:
         """(N, 3) what it shows above a height, none if they are too few to measure."""
         points = self.points[self.points[:, 2] > height_m]
-        return points if len(points) >= LEAST_POINTS else points[:0]
+        return points if len(points) >= MIN_POINTS else points[:0]
 
     def met(self, points: FloatArray, level_m: float) -> FloatArray:
         """(N, 2) where rays to points (N, 3) meet a level below the eye, whatever their depths."""

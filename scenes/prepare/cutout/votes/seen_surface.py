@@ -1,5 +1,5 @@
 # pyright: standard
-"""Where an object's surface is, as many views of the room together see it.
+"""Surface of an object, as many views of the room together see it.
 
 Splats of a trained room float before and behind what they paint, and big ones end far beyond their
 centres. What views agree about is firmer: the depth of what is drawn inside the object's outline,
@@ -19,7 +19,7 @@ from scipy.spatial import KDTree
 from scenes.cameras import pixel_centres
 from scenes.package.records import ViewPoint
 from scenes.prepare.cells import cells_of
-from scenes.prepare.cutout.structure.connected_bodies import bodies
+from scenes.prepare.cutout.connected_bodies import bodies
 from scenes.prepare.cutout.votes.cropped_views import CloseView, close_views, evenly
 from scenes.prepare.cutout.votes.framed import framed
 from scenes.prepare.cutout.votes.lifting import share
@@ -31,12 +31,13 @@ from scenes.splats import SplatCloud
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-MOST_VIEWS = 24
+MAX_VIEWS = 24
+"""Views that are drawn, evenly out of those that frame the object."""
 MAJORITY = 0.5
 """Share of a pixel's light from which on it is the object's."""
 PURE = 0.9
 """The same for its depth to be the object's alone."""
-LEAST_PX = 60
+MIN_PX = 60
 """A smaller outline says nothing."""
 RIM_PX = 3.0
 """How far a depth may be carried to the outline: depth is unsure at edges, outlines are not."""
@@ -48,13 +49,14 @@ CELL_PX = 2.0
 """A cell is also at least as wide as so many pixels of the crops."""
 AGREEING = 4
 """How many views have to find a surface in the same cell."""
-LEAST_VIEWS = 6
+MIN_VIEWS = 6
 """Of fewer views so many seldom agree."""
-MOST_OUTSIDE = 0.1
+MAX_SHARE_OUTSIDE = 0.1
 """Of the views: how many may see a point of the object outside its outline."""
 BEHIND_M = 0.05
 """So far behind what is drawn a point is hidden."""
 GAP_M = 0.03
+"""Distance beyond which points are of another body, metres."""
 SPECK = 0.02
 """A piece of surface that far away from all others, with less than this share of the largest
 one's points, is none of the object's."""
@@ -62,7 +64,7 @@ one's points, is none of the object's."""
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SeenSurface:
-    """What views agree about; world points, none where too few views frame the object whole.
+    """Surface that views agree about; world points, none where too few frame the object whole.
 
     Attributes:
         own: (P, 3) on the object's surface.
@@ -76,6 +78,7 @@ class SeenSurface:
 
 
 NOTHING = SeenSurface(np.zeros((0, 3)), np.zeros((0, 3)))
+"""Surface of an object that too few views frame."""
 
 
 def seen_surface(
@@ -95,21 +98,21 @@ def seen_surface(
     """
     own = cloud.means[labels].astype(np.float64)
     framing = close_views(viewpoints, own)
-    if len(framing) < LEAST_VIEWS:
+    if len(framing) < MIN_VIEWS:
         return NOTHING
-    sights = [_sight(cloud, labels, view, renderer) for view in evenly(framing, MOST_VIEWS)]
+    sights = [_sight(cloud, labels, view, renderer) for view in evenly(framing, MAX_VIEWS)]
     pixels_m = np.concatenate([sight.pixels_m() for sight in sights])
     if not len(pixels_m):
         return NOTHING
     cell_m = max(CELL_M, CELL_PX * float(np.median(pixels_m)))
-    own = _agreed([sight.own for sight in sights], cell_m)
+    own = _agree([sight.own for sight in sights], cell_m)
     own = own[_in_outlines(own, sights)]
     if not len(own):
         return NOTHING
     count, body = bodies(own, GAP_M)
     points_of = np.bincount(body, minlength=count)
     own = own[points_of[body] >= SPECK * points_of.max()]
-    around = _agreed([sight.around for sight in sights], cell_m)
+    around = _agree([sight.around for sight in sights], cell_m)
     low, high = own.min(axis=0), own.max(axis=0)
     reach = (high - low).max()
     near = ((around > low - reach) & (around < high + reach)).all(axis=1)
@@ -117,7 +120,7 @@ def seen_surface(
 
 
 def _by_view(sights: Sequence[_Sight], own: FloatArray) -> tuple[SeenFrom, ...]:
-    """What each view shows near what they agree about; depths at edges may be far behind."""
+    """Points of each view near the agreed surface; depths at edges may be far behind."""
     tree = KDTree(own)
     seen = []
     for sight in sights:
@@ -133,7 +136,7 @@ def _by_view(sights: Sequence[_Sight], own: FloatArray) -> tuple[SeenFrom, ...]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Sight:
-    """What one view shows.
+    """Depth and outline of an object in one view.
 
     Attributes:
         view: which.
@@ -184,7 +187,7 @@ def _sight(
     outline = light > MAJORITY
     depth = surface_depth(cloud, camera, world_from_camera, renderer=renderer)
     none = np.zeros((0, 3))
-    if outline.sum() < LEAST_PX:
+    if outline.sum() < MIN_PX:
         return _Sight(view, outline, depth, none, none, none)
     rays = camera.unproject(pixel_centres(camera)).reshape(*depth.shape, 3)
     rays = rays / rays[..., 2:]
@@ -211,14 +214,14 @@ def _in_outlines(points: NDArray[np.floating], sights: Sequence[_Sight]) -> Bool
     # To a hundredth of a pixel: a crop has a few hundred of them.
     points = points.astype(np.float32)
     for sight in sights:
-        if sight.outline.sum() >= LEAST_PX:
+        if sight.outline.sum() >= MIN_PX:
             seen, beside = sight.outside(points)
             framing += seen
             outside += beside
-    return outside <= MOST_OUTSIDE * framing
+    return outside <= MAX_SHARE_OUTSIDE * framing
 
 
-def _agreed(by_view: Sequence[FloatArray], cell_m: float) -> FloatArray:
+def _agree(by_view: Sequence[FloatArray], cell_m: float) -> FloatArray:
     """(K, 3) the points of all views in whose cell enough views have some."""
     points = np.concatenate(by_view)
     if not len(points):

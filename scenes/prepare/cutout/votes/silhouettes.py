@@ -1,5 +1,5 @@
 # pyright: standard
-"""Where splats fall in a view with a mask, and how well the masks of several views fit together."""
+"""Projection of splats into views with masks, and how well the masks of several fit together."""
 
 from __future__ import annotations
 
@@ -16,11 +16,12 @@ from scenes.prepare.cutout.votes.lifting import Vote
 
 BoolArray = NDArray[np.bool_]
 
-LEAST_OVERLAP = 0.75
+MIN_OVERLAP = 0.75
 """Least share of what one mask shows that has to fall into another mask, and the other way."""
 BOX_SLACK = 0.08
 """Of a box's size: how far the object may reach beyond the box that somebody drew."""
 DEPTH_SLACK_M = 0.03
+"""Depth behind the drawn surface up to which a point is seen, metres."""
 CORE = 0.5
 """Share of a splat's light inside a mask from which on the mask means it."""
 
@@ -36,7 +37,7 @@ class ViewVerdict:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Silhouette:
-    """Where points fall in one view; all (N,) bool.
+    """Relation of points to the mask of one view; all (N,) bool.
 
     Attributes:
         framed: in the picture.
@@ -50,7 +51,7 @@ class Silhouette:
 
 
 def silhouette(points: NDArray[np.float64], view: MaskedView, vote: Vote) -> Silhouette:
-    """Where world points (N, 3) fall in the view."""
+    """Project world points (N, 3) into a view and its mask."""
     camera = view.camera
     in_camera = view.world_from_camera.inverse() @ points
     pixels, framed = camera.project(in_camera)
@@ -152,7 +153,7 @@ def judge(
     for k, view in enumerate(views):
         others = np.sort(np.delete(mutual[k], k))[::-1]
         overlap = float(others[: max(1, n // 2)].mean()) if n > 1 else 1.0
-        verdicts.append(ViewVerdict(view.name, overlap, n < 3 or overlap >= LEAST_OVERLAP))
+        verdicts.append(ViewVerdict(view.name, overlap, n < 3 or overlap >= MIN_OVERLAP))
     if sum(verdict.used for verdict in verdicts) < min(n, 2):
         best = np.unravel_index(np.argmax(np.triu(mutual, 1)), mutual.shape)
         verdicts = [ViewVerdict(v.name, v.overlap, k in best) for k, v in enumerate(verdicts)]

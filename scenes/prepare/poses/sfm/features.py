@@ -20,7 +20,9 @@ from scenes.prepare.poses.pairs import (
 from scenes.prepare.poses.sfm.session import Refused, Worker, open_database
 
 PICTURES_AT_ONCE = 8
+"""Pictures between two reports of progress."""
 PAIRS_AT_ONCE = 60
+"""Pairs between two reports of progress."""
 FOCAL_OVER_LONGEST = 0.85
 """Of a phone's main camera, for pictures that do not state theirs."""
 
@@ -101,7 +103,7 @@ def match(worker: Worker) -> None:
     job = worker.job
     names = [picture.name for picture in job.pictures]
     worker.report("matching", 0.0, "which pictures look alike")
-    pairs = _chosen_pairs(worker)
+    pairs = _choose_pairs(worker)
     options = pycolmap.FeatureMatchingOptions()
     options.type = pycolmap.FeatureMatcherType.SIFT_BRUTEFORCE
     options.num_threads = job.options.threads
@@ -120,7 +122,7 @@ def match(worker: Worker) -> None:
         worker.report("matching", done / len(pairs), f"matching: {done}/{len(pairs)} pairs")
 
 
-def _chosen_pairs(worker: Worker) -> list[Pair]:
+def _choose_pairs(worker: Worker) -> list[Pair]:
     job, o = worker.job, worker.job.options
     count = len(job.pictures)
     few = count <= o.exhaustive_up_to

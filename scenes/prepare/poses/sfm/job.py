@@ -1,4 +1,4 @@
-"""What structure from motion and its worker process exchange, as JSON files."""
+"""Job and result that structure from motion and its worker process exchange, as JSON files."""
 
 from __future__ import annotations
 
@@ -130,7 +130,7 @@ class Job:
 
 @dataclass(frozen=True, slots=True)
 class StageTime:
-    """What a stage cost; zero where an earlier run had finished it."""
+    """Cost of a stage; zero where an earlier run had finished it."""
 
     wall_s: float = 0.0
     cpu_s: float = 0.0
@@ -138,7 +138,7 @@ class StageTime:
 
 @dataclass(frozen=True, slots=True)
 class Attempt:
-    """What one mapper found: the pictures of each model, the largest first."""
+    """Models that one mapper found: the pictures of each, the largest first."""
 
     mapper: str
     models: tuple[tuple[str, ...], ...]
@@ -146,7 +146,7 @@ class Attempt:
 
 @dataclass(frozen=True, slots=True)
 class JobResult:
-    """What the worker found.
+    """Result of the worker.
 
     Attributes:
         attempts: what each mapper found; the last is the one that was kept.

@@ -20,18 +20,22 @@ from scenes.prepare.poses.sfm.session import MAPPING_FILE, Refused, Worker, open
 
 ENOUGH = 0.9
 """Share of placed pictures at which no other mapper is tried."""
-LEAST_POINTS = 20
+MIN_POINTS = 20
 """A picture that sees fewer points has no place that can be relied on."""
 KNOWN_POSES = "known poses"
 LOSS_SCALE_PX = 0.5
+"""Scale of the robust loss in the last adjustment, px."""
 REFINEMENT_STEPS = 60
+"""Steps of the last adjustment at most."""
 WRONG_MATCH_PX = 2.0
-LEAST_ANGLE_DEG = 1.5
-MOST_UNCERTAINTY_PX = 1.0
+"""Reprojection error beyond which a match is wrong, px."""
+MIN_ANGLE_DEG = 1.5
+"""Angle between rays below which a point's distance is not known, degrees."""
+MAX_UNCERTAINTY_PX = 1.0
 """A picture that may be off by more blurs what all others show."""
 HELD_BY = 4
 """Pictures that see a point before a pose may rest on it: with fewer it goes along."""
-MOST_TAKEN_OUT = 0.1
+MAX_SHARE_TAKEN_OUT = 0.1
 """Share of the pictures: where there are few, an unsure one is better than none."""
 
 
@@ -42,7 +46,7 @@ def map_pictures(worker: Worker) -> None:
     for mapper in _mappers(job):
         folder = job.work / "models" / mapper.replace(" ", "-")
         folder.mkdir(parents=True, exist_ok=True)
-        models = [model for model in _mapped(worker, mapper, folder).values() if _placed(model)]
+        models = [model for model in _map(worker, mapper, folder).values() if _placed(model)]
         models.sort(key=lambda model: -len(_placed(model)))
         found = tuple(tuple(_placed(model)) for model in models)
         attempts.append((Attempt(mapper, found), models[0] if models else None))
@@ -72,19 +76,19 @@ def _refine(model: Any, job: Job) -> None:
     options.ceres.solver_options.num_threads = job.options.threads
     options.ceres.solver_options.max_num_iterations = REFINEMENT_STEPS
     pycolmap.bundle_adjustment(model, options)
-    pycolmap.ObservationManager(model).filter_all_points3D(WRONG_MATCH_PX, LEAST_ANGLE_DEG)
+    pycolmap.ObservationManager(model).filter_all_points3D(WRONG_MATCH_PX, MIN_ANGLE_DEG)
     model.update_point_3d_errors()
 
 
 def _take_out_unsure(model: Any, job: Job) -> None:
     """Take out the pictures whose poses are the least sure, and adjust what remains."""
-    left = int(MOST_TAKEN_OUT * len(_placed(model)))
+    left = int(MAX_SHARE_TAKEN_OUT * len(_placed(model)))
     while left:
         uncertain_px = {
             image.image_id: _pose_uncertainty_px(image, model) for image in model.images.values()
         }
         unsure = sorted(
-            (k for k in uncertain_px if uncertain_px[k] > MOST_UNCERTAINTY_PX),
+            (k for k in uncertain_px if uncertain_px[k] > MAX_UNCERTAINTY_PX),
             key=lambda k: -uncertain_px[k],
         )
         if not unsure:
@@ -123,7 +127,7 @@ def _mappers(job: Job) -> list[str]:
     return [*both, "global"] if job.options.mapper == "auto" else both
 
 
-def _mapped(worker: Worker, mapper: str, folder: Path) -> dict[int, Any]:
+def _map(worker: Worker, mapper: str, folder: Path) -> dict[int, Any]:
     job = worker.job
     count = len(job.pictures)
     placed = 0
@@ -137,7 +141,7 @@ def _mapped(worker: Worker, mapper: str, folder: Path) -> dict[int, Any]:
 
     worker.report("mapping", 0.0, f"{mapper} mapping")
     if mapper == KNOWN_POSES:
-        return {0: _triangulated(worker, folder)}
+        return {0: _triangulate(worker, folder)}
     if mapper == "global":
         options = pycolmap.GlobalPipelineOptions()
         options.num_threads = job.options.threads
@@ -159,7 +163,7 @@ def _mapped(worker: Worker, mapper: str, folder: Path) -> dict[int, Any]:
     )
 
 
-def _triangulated(worker: Worker, folder: Path) -> Any:
+def _triangulate(worker: Worker, folder: Path) -> Any:
     """The model of the given poses, with the points that agree with them."""
     job = worker.job
     with open_database(worker.database) as database:
@@ -192,7 +196,7 @@ def import_model(worker: Worker) -> None:
     assert job.import_model is not None
     worker.report("mapping", 0.0, "reading the model")
     model = pycolmap.Reconstruction(job.import_model)
-    names = _placed(model, least_points=0)
+    names = _placed(model, min_points=0)
     if not names:
         raise Refused(f"{job.import_model}: no picture of the model has a pose; map it again")
     left_out = _without_missing_photos(model, job.pictures_folder)
@@ -200,7 +204,7 @@ def import_model(worker: Worker) -> None:
         check_left_out(job.pictures_folder, left_out, len(names))
     except CaptureError as error:
         raise Refused(str(error)) from None
-    names = _placed(model, least_points=0)
+    names = _placed(model, min_points=0)
     best = job.work / "models" / "import"
     best.mkdir(parents=True, exist_ok=True)
     model.write(best)
@@ -257,9 +261,9 @@ def _keep(
     write_json(job.work / MAPPING_FILE, values)
 
 
-def _placed(model: Any, *, least_points: int = LEAST_POINTS) -> list[str]:
+def _placed(model: Any, *, min_points: int = MIN_POINTS) -> list[str]:
     return sorted(
         image.name
         for image in model.images.values()
-        if image.has_pose and image.num_points3D >= least_points
+        if image.has_pose and image.num_points3D >= min_points
     )

@@ -1,5 +1,5 @@
 # pyright: standard
-"""What structure from motion leaves: pictures without distortion, and how it went."""
+"""Results of structure from motion: pictures without distortion, and how it went."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ from scenes.prepare.reconstruction import Reconstruction, View
 from scenes.prepare.saved_reconstruction import save_reconstruction
 
 JPEG_QUALITY = 97
+"""Quality of the pictures without distortion, which training sees."""
 
 FloatArray = NDArray[np.float64]
 

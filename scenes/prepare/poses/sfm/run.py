@@ -30,10 +30,14 @@ from scenes.prepare.saved_reconstruction import load_reconstruction
 from scenes.workers.child_process import ChildProcess, module_command, module_environment
 
 SFM_FOLDER = "sfm"
-LEAST_VIEWS = 3
+MIN_VIEWS = 3
+"""Pictures that have to find their place, whatever the share."""
 POLL_S = 0.1
+"""Seconds between two looks at the process."""
 FULL_DISK_BYTES = 20_000_000
+"""Free space below which a failure is the full disk's."""
 LOG_LINES = 3
+"""Lines of the log in the message of a crash."""
 
 
 class WorkerError(OSError):
@@ -107,7 +111,7 @@ def reconstruct(
     result = run_worker(job, progress)
     verdict = judge_result(capture, result)
     models = result.attempts[-1].models
-    wanted = max(LEAST_VIEWS, round(chosen.least_registered * len(capture.frames)))
+    wanted = max(MIN_VIEWS, round(chosen.least_registered * len(capture.frames)))
     if len(verdict.placed) < wanted:
         others = "".join(
             f"; another group holds {describe(capture, model)}" for model in models[1:3]

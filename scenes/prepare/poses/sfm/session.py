@@ -1,5 +1,5 @@
 # pyright: standard
-"""What the parts of the structure-from-motion process share: the job, its database, its say."""
+"""State shared by the parts of the structure-from-motion process: job, database, progress."""
 
 from __future__ import annotations
 

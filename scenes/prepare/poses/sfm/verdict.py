@@ -1,5 +1,5 @@
 # pyright: standard
-"""What structure from motion says to people: which pictures failed, and what to film again."""
+"""Messages of structure from motion to people: which pictures failed, what to film again."""
 
 from __future__ import annotations
 
@@ -16,8 +16,11 @@ from scenes.prepare.poses.sfm.job import JobResult
 LINK_INLIERS = 25
 """Two pictures with at least so many verified matches show the same surfaces."""
 FEW_FEATURES = 200
+"""Features of a picture below which its lack of them is why it failed."""
 MOSTLY_TURNING = 0.6
+"""Share of pairs without parallax from which on the camera only turned."""
 LISTED = 6
+"""Passages that are named one by one."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,7 +19,7 @@ photos, whose errors cancel where its price has a slope for each."""
 
 
 def depth_bounds(surface: Surface, camera: Pinhole | Fisheye) -> DepthBounds:
-    """What a surface says about the pixels of its photo.
+    """Depth bounds of a photo's pixels by its surface.
 
     Args:
         surface: of the same view.

@@ -12,7 +12,7 @@ from scenes.cameras import pixel_centres
 from scenes.prepare.cells import cells_of
 from scenes.prepare.train.depth.seen_surfaces import Surface, judge
 
-LEAST_PIXELS = 10
+MIN_PIXELS = 10
 """Pixels, of all views, that have to see something in a cell of space before it is believed."""
 
 
@@ -47,7 +47,7 @@ def dense_points(surfaces: Sequence[Surface], spacing: float) -> DensePoints:
     cells, cell = cells_of(every[:, :3], spacing)
     count = np.bincount(cell, minlength=len(cells))
     sums = [np.bincount(cell, column, len(count)) for column in every.T]
-    means = (np.stack(sums, axis=1) / count[:, None])[count >= LEAST_PIXELS]
+    means = (np.stack(sums, axis=1) / count[:, None])[count >= MIN_PIXELS]
     verdict = judge(means[:, :3], surfaces)
     kept = ~verdict.is_stray
     return DensePoints((means[:, :3] + verdict.offset)[kept], means[kept, 3:].astype(np.float32))

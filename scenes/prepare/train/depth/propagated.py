@@ -15,7 +15,7 @@ from scenes.pose import Pose
 
 SAME_SURFACE = 0.02
 """Points up to this share of its depth behind the nearest one are of its surface."""
-LEAST_POINTS = 2
+MIN_POINTS = 2
 """A pixel has to be shown by so many, or the nearest might be a stray."""
 HOLE_PX = 3
 """Pixels without a point take the nearest surface in a window of this width."""
@@ -36,7 +36,7 @@ def propagated_depth(
         points: (N, 3) world, dense on surfaces.
     """
     size = camera.width_px * camera.height_px
-    pixel, z = _drawn(camera, world_from_camera, points)
+    pixel, z = _draw(camera, world_from_camera, points)
     first = np.full(size, np.inf, dtype=np.float32)
     np.minimum.at(first, pixel, z)
     # A gap in what is near would show what lies behind it.
@@ -46,11 +46,11 @@ def propagated_depth(
     is_same = z <= first[pixel] * (1 + SAME_SURFACE)
     total = np.bincount(pixel[is_same], z[is_same], size)
     count = np.bincount(pixel[is_same], minlength=size)
-    is_known = count >= LEAST_POINTS
+    is_known = count >= MIN_POINTS
     return np.where(is_known, total / np.maximum(count, 1), 0).astype(np.float32).reshape(shape)
 
 
-def _drawn(
+def _draw(
     camera: Pinhole, world_from_camera: Pose, points: Points
 ) -> tuple[NDArray[np.intp], NDArray[np.float32]]:
     """Pixel and z of the points in the picture."""

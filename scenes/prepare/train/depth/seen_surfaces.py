@@ -1,5 +1,5 @@
 # pyright: standard
-"""What the photos' own depth says about places in the room: on a surface, or in front of all.
+"""Relation of places in the room to the photos' own depth: on a surface, or in front of all.
 
 Between what stereo has seen, a surface is taken to go on as it does at its rim: the inverse depth
 of a plane is affine in the pixels, so it is filled in harmonically, less so across edges of the
@@ -24,7 +24,7 @@ from scenes.prepare.train.depth.stereo import SeenDepth
 
 CELL_PX = 4
 """Filled depth is as coarse as this."""
-LEAST_SHARE = 0.02
+MIN_SEEN_SHARE = 0.02
 """Views of which stereo has seen less than this share say nothing."""
 SEEN_PULL = 10.0
 EDGE_UNITS = 12.0
@@ -32,19 +32,19 @@ EDGE_UNITS = 12.0
 SEEN_SLACK, FILLED_SLACK = 0.01, 0.12
 """In front of a surface begins so far before it, as a share of its depth."""
 REACH = 0.06
-"""What is off a surface by less than this share of its depth is put back on it."""
-LEAST_VIEWS = 2
-MOST_LENT = 1_000_000
+"""Share of its depth within which a place off a surface is put back on it."""
+MIN_VIEWS = 2
+MAX_PROPAGATED_POINTS = 1_000_000
 """Points of all views that are drawn into each."""
 ASKED = 20
 """Views that are asked to confirm what one sees, itself among them."""
 BEFORE, UPON, BEHIND = range(3)
-"""Where a place lies to a surface: in front of it, on it, behind it."""
+"""Sides of a surface that a place can lie on: in front of it, on it, behind it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Surface:
-    """What one view shows.
+    """Surface that one view shows.
 
     Attributes:
         view: its name.
@@ -89,18 +89,18 @@ def surfaces_of(depths: Sequence[SeenDepth]) -> list[Surface]:
         )
         for s in depths
     ]
-    sure = [_confirmed(surface, raw) for surface in raw]
+    sure = [_confirm(surface, raw) for surface in raw]
     places = np.concatenate([np.zeros((0, 3), np.float32), *(s.places() for s in sure)])
-    places = places[:: max(len(places) // MOST_LENT, 1)]
-    whole = [_with_propagated(surface, places) for surface in sure]
+    places = places[:: max(len(places) // MAX_PROPAGATED_POINTS, 1)]
+    whole = [_add_propagated(surface, places) for surface in sure]
     return [
         replace(surface, depth=filled(surface.depth, surface.picture))
         for surface in whole
-        if (surface.depth > 0).mean() >= LEAST_SHARE
+        if (surface.depth > 0).mean() >= MIN_SEEN_SHARE
     ]
 
 
-def _with_propagated(surface: Surface, places: NDArray[np.float32]) -> Surface:
+def _add_propagated(surface: Surface, places: NDArray[np.float32]) -> Surface:
     """The surface with depth propagated from others where it has none of its own."""
     propagated = propagated_depth(surface.camera, surface.world_from_camera, places)
     is_propagated = ~surface.is_seen & (propagated > 0)
@@ -111,7 +111,7 @@ def _with_propagated(surface: Surface, places: NDArray[np.float32]) -> Surface:
     )
 
 
-def _confirmed(surface: Surface, others: Sequence[Surface]) -> Surface:
+def _confirm(surface: Surface, others: Sequence[Surface]) -> Surface:
     """The surface where views near by see it too, at their mean depth; depth 0 elsewhere."""
     eye = surface.world_from_camera.translation
     others = sorted(
@@ -124,7 +124,7 @@ def _confirmed(surface: Surface, others: Sequence[Surface]) -> Surface:
         tally.add(other, places)
     before, upon, *_ = tally.counts
     # The view itself is one of those upon it.
-    sure = (upon > LEAST_VIEWS) & (upon > before)
+    sure = (upon > MIN_VIEWS) & (upon > before)
     on = places[sure] + tally.way[UPON][sure] / upon[sure, None]
     depth = np.zeros(surface.depth.size, dtype=np.float32)
     depth[seen[sure]] = (surface.world_from_camera.inverse() @ on.astype(np.float64))[:, 2]
@@ -173,7 +173,7 @@ def _stiffness(grey: NDArray[np.float64]) -> coo_array:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Verdict:
-    """What views say about N points.
+    """Verdict of views on N points.
 
     Attributes:
         is_stray: (N,) bool: more views see through it than see it on a surface.
@@ -185,7 +185,7 @@ class Verdict:
 
 
 def judge(points: NDArray[np.floating], surfaces: Sequence[Surface]) -> Verdict:
-    """Which points hang in front of what views see, and which are a little off it.
+    """Find the points that hang in front of what views see, and those a little off it.
 
     A view says nothing about what lies well behind its surface: that is hidden.
 
@@ -200,11 +200,11 @@ def judge(points: NDArray[np.floating], surfaces: Sequence[Surface]) -> Verdict:
     before, upon, behind, guessed_before, guessed_upon = tally.counts
     # Filled depth is asked only where stereo has seen nothing.
     is_unseen = before + upon + behind == 0
-    is_before = (before >= LEAST_VIEWS) & (before > upon)
-    is_before |= is_unseen & (guessed_before >= LEAST_VIEWS) & (guessed_before > guessed_upon)
+    is_before = (before >= MIN_VIEWS) & (before > upon)
+    is_before |= is_unseen & (guessed_before >= MIN_VIEWS) & (guessed_before > guessed_upon)
     close, reach = tally.close, tally.way
     is_near = is_before & (2 * close[BEFORE] > before) & ~is_unseen
-    is_behind = (close[BEHIND] >= LEAST_VIEWS) & (before + upon == 0)
+    is_behind = (close[BEHIND] >= MIN_VIEWS) & (before + upon == 0)
     offset = np.zeros((len(places), 3), dtype=np.float32)
     for side, off in ((BEFORE, is_near), (BEHIND, is_behind)):
         offset[off] = reach[side][off] / close[side][off, None]
@@ -255,7 +255,7 @@ def _seen_by(
     NDArray[np.float32],
     NDArray[np.float32],
 ]:
-    """Which places fall into a picture, into which pixels, their z, and the ways from the eye."""
+    """Project places into a picture: which fall in, their pixels, z, and ways from the eye."""
     camera = surface.camera
     rays = places - surface.world_from_camera.translation.astype(np.float32)
     x, y, z = surface.world_from_camera.rotation.astype(np.float32).T @ rays.T

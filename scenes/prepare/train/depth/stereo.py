@@ -27,29 +27,32 @@ PARTNERS = 4
 """Views that each view is matched with: two that agree are needed, and each costs time."""
 BEST_ANGLE_RAD = 0.15
 """Between the rays of two photos to the same point: less is uncertain, more looks different."""
-LEAST_ANGLE_RAD, MOST_ANGLE_RAD = 0.03, 0.45
-LEAST_SHARED = 0.25
+MIN_ANGLE_RAD, MAX_ANGLE_RAD = 0.03, 0.45
+MIN_SHARED = 0.25
 """Share of a view's points that its partner has to see."""
-MOST_ALONG = 0.75
+MAX_COSINE_ALONG = 0.75
 """Cosine between the line to a partner and the view's axis from which on nothing can be turned to
 the same rows."""
 NEAREST, FARTHEST = 0.6, 1.6
 """Depths are looked for from this share of the nearest known point's to that of the farthest's."""
-LEAST_FORWARD = 0.3
+MIN_FORWARD = 0.3
 """Cosine-like: z of a corner's ray, of z = 1 in its own view, once it is turned to the common rows;
 less is stretched more than threefold."""
-MOST_STRETCHED = 8
+MAX_STRETCH = 8
 """Pixels of the common picture over those of a view, at most: more is stretched beyond use."""
-MOST_SHIFT_PX = 256
+MAX_SHIFT_PX = 256
+"""Disparities that are searched, px."""
 BLOCK_PX = 5
+"""Side of a matched block, px."""
 AGREEMENT = 0.015
 """Relative difference of depths that agree."""
-LEAST_AGREEING = 2
+MIN_AGREEING = 2
+"""Partners that have to agree about a depth."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SeenDepth:
-    """What a view's partners say about its depth.
+    """Depth of a view, by stereo with its partners.
 
     Attributes:
         view: whose.
@@ -102,14 +105,14 @@ def seen_depths(
     for number, own in enumerate(small):
         progress(number / len(small), "depth from pairs of photos")
         pairs = (
-            _rectified(own, other, _range_of(own))
+            _rectify(own, other, _range_of(own))
             for other in _partners(own, small, reconstruction.points)
         )
         # What cannot be rectified must not take the place of a partner that can.
         usable = islice((pair for pair in pairs if pair is not None), PARTNERS)
         depths = [_pair_depth(pair) for pair in usable]
         nothing = np.zeros(own.grey.shape, dtype=np.float32)
-        depth = consistent_depth(depths) if len(depths) >= LEAST_AGREEING else nothing
+        depth = consistent_depth(depths) if len(depths) >= MIN_AGREEING else nothing
         out.append(SeenDepth(own.view, own.camera, own.picture, depth))
     return out
 
@@ -126,7 +129,7 @@ def consistent_depth(depths: Sequence[DepthMap]) -> DepthMap:
         mean = (stack * close).sum(axis=0) / np.maximum(count, 1)
         better = count > votes
         best[better], votes[better] = mean[better], count[better]
-    return np.where(votes >= LEAST_AGREEING, best, 0.0).astype(np.float32)
+    return np.where(votes >= MIN_AGREEING, best, 0.0).astype(np.float32)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -154,25 +157,25 @@ class _Rectified:
     baseline: float
 
 
-def _rectified(own: _Small, other: _Small, depths: tuple[float, float]) -> _Rectified | None:
+def _rectify(own: _Small, other: _Small, depths: tuple[float, float]) -> _Rectified | None:
     """The pair on the same rows; None where the common picture would be all but endless."""
     line = other.pose.translation - own.pose.translation
     baseline = float(np.linalg.norm(line))
-    world_from_turned = _turned(own.pose, other.pose, line / baseline)
+    world_from_turned = _turn(own.pose, other.pose, line / baseline)
     focal = own.camera.fx
     near, far = depths
     least = focal * baseline / far
-    count = min(focal * baseline / near - least, MOST_SHIFT_PX)
+    count = min(focal * baseline / near - least, MAX_SHIFT_PX)
     count = int(16 * np.ceil(max(count, 16) / 16))
     turned_from_own = world_from_turned.T @ own.pose.rotation
     corners = _directions(own.camera, np.array(_corners(own.camera))) @ turned_from_own.T
-    if (corners[:, 2] < LEAST_FORWARD).any():
+    if (corners[:, 2] < MIN_FORWARD).any():
         return None
     flat = focal * corners[:, :2] / corners[:, 2:]
     low, high = np.floor(flat.min(axis=0)), np.ceil(flat.max(axis=0))
     low[0] -= count
     size = int(high[0] - low[0]), int(high[1] - low[1])
-    if size[0] * size[1] > MOST_STRETCHED * own.grey.size:
+    if size[0] * size[1] > MAX_STRETCH * own.grey.size:
         return None
     turned_from_other = world_from_turned.T @ other.pose.rotation
     return _Rectified(
@@ -249,21 +252,21 @@ def _partners(own: _Small, views: Sequence[_Small], points: NDArray[np.float64])
         shared = mine & (other.known > 0)
         line = other.pose.translation - own.pose.translation
         baseline = np.linalg.norm(line)
-        if other is own or baseline < 1e-9 or shared.sum() < LEAST_SHARED * mine.sum():
+        if other is own or baseline < 1e-9 or shared.sum() < MIN_SHARED * mine.sum():
             continue
-        if abs(line @ axis) > MOST_ALONG * baseline:
+        if abs(line @ axis) > MAX_COSINE_ALONG * baseline:
             continue
         theirs = points[shared] - other.pose.translation
         cosine = (rays[shared] * theirs).sum(axis=1)
         cosine /= np.linalg.norm(rays[shared], axis=1) * np.linalg.norm(theirs, axis=1)
         angle = float(np.median(np.arccos(np.clip(cosine, -1, 1))))
-        if LEAST_ANGLE_RAD < angle < MOST_ANGLE_RAD:
+        if MIN_ANGLE_RAD < angle < MAX_ANGLE_RAD:
             ranked.append((abs(np.log(angle / BEST_ANGLE_RAD)), other))
     ranked.sort(key=lambda entry: entry[0])
     return [other for _, other in ranked]
 
 
-def _turned(own: Pose, other: Pose, along: NDArray[np.float64]) -> NDArray[np.float64]:
+def _turn(own: Pose, other: Pose, along: NDArray[np.float64]) -> NDArray[np.float64]:
     """(3, 3) world from a camera that looks where both do, with rows along the line between."""
     forward = own.rotation[:, 2] + other.rotation[:, 2]
     forward = forward - (forward @ along) * along

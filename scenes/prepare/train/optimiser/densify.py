@@ -1,5 +1,5 @@
 # pyright: standard
-"""Where splats are missing: faint ones go, those that show the most error are split.
+"""Densification: faint splats go, those that show the most error are split.
 
 A splat's error is the sum over pixels and pictures of its blend weight times the absolute error
 there. Splats are drawn by it and cut in two along their longest axis; the number of splats follows
@@ -26,6 +26,7 @@ FAINT_OPACITY = 0.012
 """Splats below this show next to nothing."""
 
 HALF_STEP = 0.6
+"""Distance of the two halves of a split from its middle, in its longest deviation."""
 HALF_SCALE = 0.65
 """A half lies so many standard deviations off the whole, and is so much shorter: together they
 cover what the whole did."""

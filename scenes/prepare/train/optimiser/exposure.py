@@ -15,12 +15,17 @@ from scenes.prepare.train.optimiser.loss import as_seen
 from scenes.render.training import Distance, Exposure
 
 RATE = 1e-3
+"""Learning rate."""
 BETAS = (0.9, 0.99)
+"""Decay of Adam's two moments."""
 EPSILON = 1e-15
+"""Adam's guard against division by nothing."""
 PULL = 0.01
 """Share of the way back to "as drawn" per step: a common gain would be nobody's."""
 PER_VIEW = 6
+"""Values of a view: gain and bias in red, green and blue."""
 FALLOFF = 2
+"""Values of the lens's falloff, shared by all views."""
 
 
 class Exposures:
@@ -40,12 +45,12 @@ class Exposures:
         self.steps = np.zeros(views + 1, dtype=np.int64)
 
     def of(self, view: int) -> Exposure:
-        """What a view shows of colours drawn."""
+        """Exposure of a view."""
         r, g, b, red, green, blue = self.values[PER_VIEW * view : PER_VIEW * (view + 1)].tolist()
         return Exposure((r, g, b), (red, green, blue), self._falloff())
 
     def lens(self) -> Exposure:
-        """What all views share."""
+        """Part of the exposure that all views share."""
         return Exposure(falloff=self._falloff())
 
     def step(self, view: int, distance: Distance) -> None:

@@ -1,5 +1,5 @@
 # pyright: standard
-"""What training makes small, in numpy: L1 + D-SSIM of a picture against a photo, and its gradient.
+"""Training loss, in numpy: L1 + D-SSIM of a picture against a photo, and its gradient.
 
 The readable twin of `scenes.render.training.TrainingTarget.distance`; tests hold them together.
 """
@@ -15,10 +15,12 @@ from scenes.render.training import SSIM_SHARE, DepthBounds, Distance, Exposure
 FloatArray = NDArray[np.float64]
 
 SIGMA_PX = 1.5
+"""Deviation of SSIM's window, px (Wang et al. 2004)."""
 REACH_PX = 5
+"""Half width of SSIM's window, px: 11 pixels across."""
 C1, C2 = 0.01**2, 0.03**2
 """The window and the constants of Wang et al. 2004."""
-MOST_OFF = 0.04
+MAX_DEPTH_ERROR = 0.04
 """Beyond so much of its depth from a surface a splat costs no more, and is drained where it is."""
 
 
@@ -50,10 +52,10 @@ def distance(rgb: FloatArray, photo: FloatArray, exposure: Exposure) -> tuple[Di
 
 
 def price_off_bounds(depth: float, bounds: DepthBounds) -> tuple[FloatArray, FloatArray]:
-    """What a unit of blend weight costs at a depth, by pixel, and the slope of that by the depth.
+    """Cost of a unit of blend weight at a depth, by pixel, and its slope by the depth.
 
     near / depth - 1 in front of the bounds, 1 - far / depth behind them, nothing between them, and
-    at most `MOST_OFF`, from where on it does not pull any more.
+    at most `MAX_DEPTH_ERROR`, from where on it does not pull any more.
 
     Args:
         depth: of a splat, as the lens measures it.
@@ -65,7 +67,7 @@ def price_off_bounds(depth: float, bounds: DepthBounds) -> tuple[FloatArray, Flo
     near, far = bounds.near.astype(np.float64) / depth, bounds.far.astype(np.float64) / depth
     off = np.maximum(near - 1, 0) + np.maximum(1 - far, 0)
     slope = np.where(far <= 1, far, 0.0) - np.where(near >= 1, near, 0.0)
-    return np.minimum(off, MOST_OFF), np.where(off <= MOST_OFF, slope / depth, 0.0)
+    return np.minimum(off, MAX_DEPTH_ERROR), np.where(off <= MAX_DEPTH_ERROR, slope / depth, 0.0)
 
 
 def as_seen(rgb: FloatArray, exposure: Exposure) -> FloatArray:

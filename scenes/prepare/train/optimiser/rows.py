@@ -1,4 +1,4 @@
-"""What training keeps of every splat: a row of raw numbers, and how they have been moving."""
+"""Trained state of every splat: a row of raw numbers, and how they have been moving."""
 
 from __future__ import annotations
 

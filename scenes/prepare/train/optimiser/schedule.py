@@ -1,4 +1,4 @@
-"""What changes on the way: learning rates, picture size, how many splats. All by the share done."""
+"""Schedules by the share done: learning rates, picture size, how many splats."""
 
 from __future__ import annotations
 
@@ -10,19 +10,25 @@ from scenes.prepare.train.optimiser.rows import LOG_SCALE, LOGIT, MEAN, ROTATION
 MEAN_RATE = 5.0e-4
 """Per step and per metre of the typical distance at which the photos see the scene."""
 MEAN_DECAY = 0.02
+"""Factor by which the mean's rate falls by the end."""
 OTHER_RATES = {"log_scale": 0.02, "rotation": 0.006, "logit": 0.05, "colour": 0.012, "sh": 0.0004}
 OTHER_DECAY = 0.1
+"""Factor by which all other rates fall by the end."""
 DECAY_FROM = 0.7
 """From this share on all rates but the mean's fall, to `OTHER_DECAY` at the end."""
 
 QUARTER_UNTIL = 0.04
+"""Share done until which pictures have a quarter of their size."""
 HALF_UNTIL = 0.14
+"""Share done until which they have half of it."""
 DENSIFY_EVERY = (20, 100)
 """Steps between two densifications, at least and at most."""
 DENSIFICATIONS = 40
 """So many are wanted in all: a slow machine that takes few steps must grow as well."""
 FULL_BUDGET_AT = 0.5
+"""Share done from which on there are as many splats as allowed."""
 DENSIFY_UNTIL = 0.8
+"""Share done from which on splats are neither added nor removed."""
 PUT_BACK_UNTIL = 0.95
 """Splats are put back on surfaces for longer than they are split."""
 
@@ -37,7 +43,7 @@ should, and stereo's own errors must not stay in the pictures."""
 
 
 def depth_price(done: float) -> float:
-    """What a step charges for light off the surfaces, at a share of the training."""
+    """Price of light off the surfaces, at a share of the training."""
     late = max(0.0, (done - DEPTH_FALL_FROM) / (1 - DEPTH_FALL_FROM))
     return DEPTH_PRICE * DEPTH_FALL**late
 

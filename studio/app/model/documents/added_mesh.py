@@ -7,10 +7,10 @@ from typing import Literal
 
 import numpy as np
 
-from scenes.coloured_mesh import MOST_TRIANGLES, Geometry, unpacked
+from scenes.coloured_mesh import MAX_TRIANGLES, Geometry, unpacked
 from scenes.pose import Pose
 
-__all__ = ["METRES", "MOST_TRIANGLES", "AddedMesh", "Axis", "Geometry", "unpacked"]
+__all__ = ["MAX_TRIANGLES", "METRES", "AddedMesh", "Axis", "Geometry", "unpacked"]
 
 METRES: dict[str, float] = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
 """One of each unit that a file's lengths can be in, metres."""

@@ -5,8 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from devices.camera.rtmp.chunks import (
-    MOST_CHUNK_STREAMS,
-    MOST_COMMAND_BYTES,
+    MAX_CHUNK_STREAMS,
+    MAX_COMMAND_BYTES,
     ChunkReader,
     RtmpError,
     encode_message,
@@ -86,7 +86,7 @@ def test_an_aborted_message_leaves_no_bytes():
         (b"\x84\x00\x00\x00", "begins without a length"),
         (encode_message(1, bytes(4), chunk_bytes=128), "chunk size 0"),
         (
-            b"".join(bytes([n]) + bytes(11) for n in range(2, 4 + MOST_CHUNK_STREAMS)),
+            b"".join(bytes([n]) + bytes(11) for n in range(2, 4 + MAX_CHUNK_STREAMS)),
             "chunk streams",
         ),
     ],
@@ -97,7 +97,7 @@ def test_lengths_that_cannot_be_are_refused(data, said):
 
 
 def test_partial_messages_are_bounded_in_sum():
-    size = MOST_COMMAND_BYTES.to_bytes(3, "big")
+    size = MAX_COMMAND_BYTES.to_bytes(3, "big")
     reader = ChunkReader()
     reader.take(encode_message(1, (60_000).to_bytes(4, "big"), chunk_bytes=128))
     reader.take(b"\x04\x00\x00\x00" + size + b"\x09\x01\x00\x00\x00" + bytes(60_000))

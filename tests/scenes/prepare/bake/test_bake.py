@@ -16,9 +16,9 @@ from scenes.rays import RayScene
 from scenes.render.reference.renderer import ReferenceRenderer
 from scenes.render.renderer import PosedSplats, Renderer, RenderOptions
 from scenes.samples import sample_room
-from scenes.samples.atlas import mesh_from_surfaces
+from scenes.samples.pictures.atlas import mesh_from_surfaces
+from scenes.samples.pictures.textures import plain
 from scenes.samples.shapes import box
-from scenes.samples.textures import plain
 from scenes.splats import SplatCloud, validate
 from scenes.state import ObjectModel
 

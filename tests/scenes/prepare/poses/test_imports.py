@@ -13,8 +13,8 @@ from PIL import ExifTags, Image
 from scenes.formats.storage.error import FormatError
 from scenes.frames import OPENGL_FROM_OPENCV
 from scenes.prepare.footage.capture import CaptureError
+from scenes.prepare.poses.colmap_folder import import_colmap
 from scenes.prepare.poses.given_poses import as_report, import_poses, load_imported
-from scenes.prepare.poses.import_colmap import import_colmap
 from scenes.prepare.poses.import_transforms import ignored_in, import_transforms
 from scenes.prepare.poses.sfm.job import SfmOptions
 from scenes.prepare.reconstruction import read_picture

@@ -5,7 +5,7 @@ import pytest
 
 from scenes.cameras import Pinhole
 from scenes.pose import Pose, rotation_from_vector
-from scenes.prepare.poses.pose_uncertainty import LEAST_ERROR_PX, MEDIAN_LENGTH, pose_uncertainty_px
+from scenes.prepare.poses.pose_uncertainty import MEDIAN_LENGTH, MIN_ERROR_PX, pose_uncertainty_px
 
 LENS = Pinhole(960, 720, 700.0, 700.0, 480.0, 360.0)
 
@@ -68,7 +68,7 @@ def test_units_of_the_scene_do_not_matter():
 
 def test_a_perfect_fit_is_no_better_than_features_are():
     points = spread(np.random.default_rng(3), 30)
-    at_best = np.full(30, LEAST_ERROR_PX * MEDIAN_LENGTH)
+    at_best = np.full(30, MIN_ERROR_PX * MEDIAN_LENGTH)
     assert swim(points, np.zeros(30)) == pytest.approx(swim(points, at_best))
 
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from scenes.samples.light import AreaLight
+from scenes.samples.pictures.textures import plain
 from scenes.samples.random_rooms.lighting import room_light
 from scenes.samples.shapes import box, quad
-from scenes.samples.textures import plain
 
 GREY = plain((128, 128, 128))
 

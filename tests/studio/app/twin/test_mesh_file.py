@@ -78,7 +78,7 @@ def test_what_cannot_be_read_is_refused_with_the_remedy(tmp_path, monkeypatch):
     assert "a.glb: is no mesh that can be read" in refused("a.glb", b"glTF but not really")
     assert "export it" in refused("points.obj", b"v 0 0 0\nv 1 0 0\n")
     box(tmp_path / "b.stl")
-    monkeypatch.setattr(mesh_file, "MOST_TRIANGLES", 11)
+    monkeypatch.setattr(mesh_file, "MAX_TRIANGLES", 11)
     assert "12 triangles, limit 11; reduce it" in refused("b.stl")
     monkeypatch.setattr(mesh_file, "MAX_BYTES", 10)
     assert "limit 0 MB; reduce it" in refused("b.stl")

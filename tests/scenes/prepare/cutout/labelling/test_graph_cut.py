@@ -4,8 +4,8 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from scenes.prepare.cutout.connected_bodies import bodies
 from scenes.prepare.cutout.labelling.graph_cut import cut, neighbour_links
-from scenes.prepare.cutout.structure.connected_bodies import bodies
 
 
 def cost(labels, belief, links, smoothness):

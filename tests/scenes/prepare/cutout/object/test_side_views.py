@@ -1,7 +1,7 @@
 import numpy as np
 
 from scenes.prepare.cutout.object.side_views import (
-    LEAST_VIEWS,
+    MIN_VIEWS,
     far_ends,
     middle_of_top,
     reach_across,
@@ -45,7 +45,7 @@ def test_of_views_that_look_across_those_that_do_most_are_heard():
 def test_a_stray_beside_the_thing_and_what_lies_below_do_not_count():
     rng = np.random.default_rng(2)
     views = []
-    for turn in np.linspace(1.2, 1.9, LEAST_VIEWS):
+    for turn in np.linspace(1.2, 1.9, MIN_VIEWS):
         view = shown(turn, rng)
         stray = rng.uniform((0.35, 0.0, 0.2), (0.36, 0.01, 0.21), (8, 3))
         below = rng.uniform((-0.9, -0.9, -0.1), (0.9, 0.9, -0.01), (2000, 3))

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from scenes.cameras import Pinhole
 from scenes.frames import look_at
 from scenes.package.records import ViewPoint
-from scenes.prepare.cutout.votes.cropped_views import MOST_PX, close_views, cropped, evenly
+from scenes.prepare.cutout.votes.cropped_views import MAX_PX, close_views, cropped, evenly
 
 SIZE = np.array([0.3, 0.2, 0.4])
 CENTRE = np.array([0.0, 0.0, 0.2])
@@ -41,7 +41,7 @@ def test_a_crop_sees_the_same_points_larger_or_smaller(turn, far, high):
     camera = Pinhole(1280, 960, 900.0, 900.0, 640.0, 480.0)
     crop = cropped(camera, world_from_camera, points)
     assert crop is not None
-    assert max(crop.width_px, crop.height_px) <= MOST_PX
+    assert max(crop.width_px, crop.height_px) <= MAX_PX
     in_camera = world_from_camera.inverse() @ points
     pixels, valid = crop.project(in_camera)
     assert valid.all()

@@ -91,8 +91,8 @@ BOUNDS = DepthBounds(
         (2.05, [0, 0, 0]),
         (1.96, [2 / 1.96 - 1, 2 / 1.96 - 1, 0]),
         (2.15, [1 - 2.1 / 2.15, 0, 0]),
-        (1.0, [loss.MOST_OFF, loss.MOST_OFF, 0]),
-        (50.0, [loss.MOST_OFF, 0, 0]),
+        (1.0, [loss.MAX_DEPTH_ERROR, loss.MAX_DEPTH_ERROR, 0]),
+        (50.0, [loss.MAX_DEPTH_ERROR, 0, 0]),
     ],
 )
 def test_light_off_the_bounds_costs_its_share_of_the_depth_up_to_a_limit(depth, wanted):

@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 
 from devices.camera.address import parse_address
-from devices.camera.pull.source import PATIENCE, Patience, PullSource
 from devices.camera.received import CameraState
 from devices.camera.receiver import CameraReceiver
+from devices.camera.sources.pull_source import PATIENCE, Patience, PullSource
 from devices.camera.units import Idle, SourceError, Unit
 from devices.clock import WallClock
 
@@ -136,7 +136,7 @@ def test_the_process_ends_with_a_studio_that_is_killed():
             "-c",
             f"import sys,threading; sys.path.insert(0,{str(ROOT)!r})\n"
             "from devices.camera.address import parse_address\n"
-            "from devices.camera.pull.source import PullSource\n"
+            "from devices.camera.sources.pull_source import PullSource\n"
             "from devices.clock import WallClock\n"
             "units=PullSource(parse_address(sys.argv[1]),WallClock()).units(threading.Event())\n"
             "[next(units) for _ in range(8)]\n"

@@ -10,7 +10,7 @@ from devices.camera.container_units import ContainerUnits
 from devices.camera.units import IDLE_S, Idle, StreamEndedError, Unit
 from devices.clock import Clock
 
-MOST_BEHIND_NS = 500_000_000
+MAX_BEHIND_NS = 500_000_000
 """Nanoseconds that playing may be late before it goes on more slowly instead of catching up."""
 
 
@@ -46,7 +46,7 @@ class FileSource:
                 if unit.pts_ns is None:
                     continue
                 now_ns = self._clock.now_ns()
-                if start_ns is None or now_ns > start_ns + unit.pts_ns + MOST_BEHIND_NS:
+                if start_ns is None or now_ns > start_ns + unit.pts_ns + MAX_BEHIND_NS:
                     start_ns = now_ns - unit.pts_ns
                 yield from self._until(start_ns + unit.pts_ns, stop)
                 if stop.is_set():

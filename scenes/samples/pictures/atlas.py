@@ -28,7 +28,7 @@ def mesh_from_surfaces(surfaces: Sequence[Surface], *, width_px: int = 2048) -> 
     Raises:
         ValueError: the pictures do not fit a texture of `MAX_HEIGHT_PX` rows, or one is too wide.
     """
-    corners, height_px = _packed([s.picture.shape[:2] for s in surfaces], width_px)
+    corners, height_px = _pack([s.picture.shape[:2] for s in surfaces], width_px)
     texture = np.full((height_px, width_px, 3), 128, dtype=np.uint8)
     vertices, faces, uv, first = [], [], [], 0
     for surface, (x, y) in zip(surfaces, corners, strict=True):
@@ -63,7 +63,7 @@ def grid_faces(rows: int, columns: int) -> NDArray[np.int64]:
     return np.concatenate([lower, upper])
 
 
-def _packed(sizes: Sequence[tuple[int, int]], width_px: int) -> tuple[list[tuple[int, int]], int]:
+def _pack(sizes: Sequence[tuple[int, int]], width_px: int) -> tuple[list[tuple[int, int]], int]:
     """Top-left pixels of (height, width) pictures on shelves, and the total height."""
     corners: list[tuple[int, int]] = [(0, 0)] * len(sizes)
     x = y = shelf = 0

@@ -1,5 +1,5 @@
 # pyright: standard
-"""Which points, and which splats, hang together."""
+"""Connected bodies of points and of splats."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def bodies_of_splats(cloud: SplatCloud, reach_m: float) -> tuple[int, NDArray[np
     ends, owner = _reaching(cloud, reach_m)
     count, body_of_end = bodies(ends, reach_m)
     # A splat's ends are one splat: bodies that share one are the same.
-    return _joined(body_of_end, owner, count, len(cloud))
+    return _join(body_of_end, owner, count, len(cloud))
 
 
 def _reaching(cloud: SplatCloud, reach_m: float) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
@@ -52,7 +52,7 @@ def _reaching(cloud: SplatCloud, reach_m: float) -> tuple[NDArray[np.float64], N
     return np.concatenate(points), np.concatenate(owners)
 
 
-def _joined(
+def _join(
     body_of_end: NDArray[np.intp], owner: NDArray[np.intp], count: int, splats: int
 ) -> tuple[int, NDArray[np.intp]]:
     """How many bodies are left when those that share a splat are one, and (N,) each splat's."""

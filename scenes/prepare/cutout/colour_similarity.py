@@ -1,5 +1,5 @@
 # pyright: standard
-"""Which of two kinds a colour fits better, and how usual it is among some."""
+"""Likelihood ratio of a colour between two kinds, and how usual it is among some."""
 
 from __future__ import annotations
 
@@ -13,7 +13,9 @@ BoolArray = NDArray[np.bool_]
 Colours = NDArray[np.float32] | NDArray[np.float64]
 
 NEAREST_COLOURS = 5
+"""Rank of the neighbour whose distance is measured: fewer than that may be wrong."""
 COLOUR_NOISE = 0.02
+"""Distance added to each, as colours of one surface scatter by that."""
 SAME_COLOUR = 0.12
 """Difference of colours (0..1 per channel, Euclidean) up to which they are the same."""
 USUAL = 0.05

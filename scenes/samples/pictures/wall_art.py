@@ -1,5 +1,5 @@
 # pyright: standard
-"""What hangs on the walls and shines: posters, writing, screens, the view out of the window."""
+"""Pictures and lights on walls: posters, writing, screens, the view out of the window."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import cv2
 import numpy as np
 from PIL import Image, ImageDraw
 
-from scenes.samples.graphics import font
+from scenes.samples.pictures.graphics import font
+from scenes.samples.pictures.textures import FloatArray, Rgb, noise, tinted
 from scenes.samples.shapes import Picture
-from scenes.samples.textures import FloatArray, Rgb, noise, tinted
 
 SUPERSAMPLE = 2
 """Pictures are drawn larger and averaged down, so that edges are smooth."""
@@ -39,7 +39,7 @@ def landscape(rng: np.random.Generator, width_px: int, height_px: int) -> Pictur
         (w / 2, h - 2.6 * margin), "FAR AND NEAR", font=font(min(w, h) // 14, bold=True),
         fill=(244, 236, 220), anchor="mm",
     )  # fmt: skip
-    return _averaged(image, width_px, height_px)
+    return _average(image, width_px, height_px)
 
 
 def shapes_poster(rng: np.random.Generator, width_px: int, height_px: int) -> Picture:
@@ -74,7 +74,7 @@ def shapes_poster(rng: np.random.Generator, width_px: int, height_px: int) -> Pi
                     )
             else:
                 draw.polygon([(x, y + cell), (x + cell, y + cell), (x + cell, y)], fill=colour)
-    return _averaged(image, width_px, height_px)
+    return _average(image, width_px, height_px)
 
 
 def title_poster(rng: np.random.Generator, width_px: int, height_px: int) -> Picture:
@@ -90,7 +90,7 @@ def title_poster(rng: np.random.Generator, width_px: int, height_px: int) -> Pic
     draw.text((0.08 * w, 0.19 * h), "& THERE", font=font(w // 6, bold=True), fill=(236, 178, 58))
     draw.text((0.08 * w, 0.33 * h), "an evening on shared space", font=font(w // 20), fill=ink)
     draw.text((0.08 * w, 0.37 * h), "room 2.14 · thursdays", font=font(w // 20), fill=ink)
-    return _averaged(image, width_px, height_px)
+    return _average(image, width_px, height_px)
 
 
 def whiteboard(rng: np.random.Generator, width_px: int, height_px: int) -> Picture:
@@ -104,11 +104,11 @@ def whiteboard(rng: np.random.Generator, width_px: int, height_px: int) -> Pictu
     draw.text((0.05 * w, 0.06 * h), "Room plan", font=font(h // 10), fill=black)
     draw.line((0.05 * w, 0.19 * h, 0.34 * w, 0.185 * h), fill=red, width=pen)
     plan = (0.06 * w, 0.30 * h, 0.46 * w, 0.88 * h)
-    _sketched(draw, rng, plan, blue, pen)
-    _sketched(draw, rng, (0.36 * w, 0.42 * h, 0.445 * w, 0.70 * h), blue, pen)
+    _sketch(draw, rng, plan, blue, pen)
+    _sketch(draw, rng, (0.36 * w, 0.42 * h, 0.445 * w, 0.70 * h), blue, pen)
     draw.text((0.368 * w, 0.53 * h), "desk", font=font(h // 24), fill=blue)
     for x, y in ((0.17, 0.45), (0.28, 0.60)):
-        _sketched(draw, rng, (x * w, y * h, (x + 0.045) * w, (y + 0.07) * h), green, pen)
+        _sketch(draw, rng, (x * w, y * h, (x + 0.045) * w, (y + 0.07) * h), green, pen)
     for x, y in ((0.13, 0.70), (0.24, 0.76)):
         draw.ellipse(_round(x * w, y * h, 0.02 * w), outline=red, width=pen)
     draw.line((0.19 * w, 0.54 * h, 0.25 * w, 0.70 * h), fill=black, width=pen)
@@ -123,7 +123,7 @@ def whiteboard(rng: np.random.Generator, width_px: int, height_px: int) -> Pictu
     draw.line(curve, fill=green, width=pen)
     draw.line([(0.56 * w, 0.77 * h), (0.56 * w, 0.92 * h), (0.93 * w, 0.92 * h)], fill=black,
               width=pen)  # fmt: skip
-    return _averaged(image, width_px, height_px)
+    return _average(image, width_px, height_px)
 
 
 def call_screen(width_px: int, height_px: int) -> Picture:
@@ -148,7 +148,7 @@ def call_screen(width_px: int, height_px: int) -> Picture:
     for x, skin in ((0.66, (214, 170, 140)), (0.83, (150, 108, 84))):
         draw.ellipse(_round(x * w, 0.74 * h, 0.022 * w), fill=skin)
         draw.pieslice(_round(x * w, 0.89 * h, 0.055 * w), 180, 360, fill=(96, 158, 186))
-    return _averaged(image, width_px, height_px)
+    return _average(image, width_px, height_px)
 
 
 def editor_screen(rng: np.random.Generator, width_px: int, height_px: int) -> Picture:
@@ -217,7 +217,7 @@ def rug(rng: np.random.Generator, height_px: int, width_px: int) -> FloatArray:
     return np.asarray(picture * (1 + weave[..., None]), dtype=np.float32)
 
 
-def _sketched(
+def _sketch(
     draw: ImageDraw.ImageDraw,
     rng: np.random.Generator,
     frame: tuple[float, float, float, float],
@@ -235,7 +235,7 @@ def _round(x: float, y: float, radius: float) -> tuple[float, float, float, floa
     return (x - radius, y - radius, x + radius, y + radius)
 
 
-def _averaged(image: Image.Image, width_px: int, height_px: int) -> Picture:
+def _average(image: Image.Image, width_px: int, height_px: int) -> Picture:
     full = np.asarray(image, dtype=np.uint8)
     small = cv2.resize(full, (width_px, height_px), interpolation=cv2.INTER_AREA)
     return np.asarray(small, dtype=np.uint8)

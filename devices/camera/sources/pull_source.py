@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from devices.camera.address import AddressKind, CameraAddress, address_to_json
-from devices.camera.pull.unit_line import Failed, LineError, LineReader, Opened
+from devices.camera.sources.unit_line import Failed, LineError, LineReader, Opened
 from devices.camera.units import IDLE_S, Idle, SourceError, Unit
 from devices.clock import Clock
 from scenes.workers.child_process import ChildProcess
@@ -32,9 +32,9 @@ COMMAND = (
     sys.executable,
     "-c",
     f"import sys; sys.path.insert(0, {str(_ROOT)!r}); "
-    "from devices.camera.pull.process import main; main()",
+    "from devices.camera.sources.pull_process import main; main()",
 )
-"""What is run. Only PyAV and four small modules are imported: 0.15 s until it connects."""
+"""Command of the process. Only PyAV and four small modules are imported: 0.15 s to connect."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,11 +162,11 @@ class PullSource:
             ) from None
 
     def _check(self, *, is_open: bool, silent_s: float) -> None:
-        most_s = self._patience.read_s if is_open else self._patience.open_s
-        if most_s is None or silent_s <= most_s:
+        max_s = self._patience.read_s if is_open else self._patience.open_s
+        if max_s is None or silent_s <= max_s:
             return
         what = "no picture" if is_open else "no stream"
-        raise SourceError(f"{self._address.shown}: {what} within {most_s:g} s; {self._advice()}")
+        raise SourceError(f"{self._address.shown}: {what} within {max_s:g} s; {self._advice()}")
 
     def _advice(self) -> str:
         if self._address.kind is AddressKind.V4L2:
@@ -193,7 +193,7 @@ class PullSource:
 
 
 def _read(line: socket.socket) -> bytes | None:
-    """What came within `IDLE_S`; None for nothing, empty for the end."""
+    """Read for up to `IDLE_S`; None if nothing came, empty at the end."""
     try:
         return line.recv(READ_BYTES)
     except TimeoutError:

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from devices.camera.pull.unit_line import (
-    MOST_BYTES,
+from devices.camera.sources.unit_line import (
+    MAX_BYTES,
     UNIT,
     Failed,
     LineError,
@@ -77,7 +77,7 @@ def test_noise_is_read_or_refused(noise):
 @pytest.mark.parametrize(
     ("wire", "match"),
     [
-        (struct.pack("<BI", UNIT, MOST_BYTES + 1), "at most"),
+        (struct.pack("<BI", UNIT, MAX_BYTES + 1), "at most"),
         (struct.pack("<BI", 77, 0), "not known"),
         (struct.pack("<BI", UNIT, 3) + b"abc", "message 3 of 3 bytes"),
         (encode_unit(Unit(StreamFormat("h264"), b"x", True, None)), "before its format"),
@@ -91,4 +91,4 @@ def test_what_is_refused_says_why(wire, match):
 
 def test_a_picture_that_is_too_long_is_not_sent():
     with pytest.raises(LineError, match="at most"):
-        encode_unit(Unit(StreamFormat("rawvideo"), bytes(MOST_BYTES), True, None))
+        encode_unit(Unit(StreamFormat("rawvideo"), bytes(MAX_BYTES), True, None))

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from devices.camera.units import StreamFormat, Unit
 
 OPENED, FORMAT, UNIT, FAILED = 1, 2, 3, 4
-"""What a message is."""
+"""Kinds of messages."""
 
-MOST_BYTES = 64 << 20
+MAX_BYTES = 64 << 20
 """Longest message, bytes: a raw picture of 7680×3840 px with two bytes a pixel is 59 MB."""
 
 _HEAD = struct.Struct("<BI")
@@ -62,11 +62,11 @@ def encode_unit(unit: Unit) -> bytes:
     """One unit, of the format that was sent last.
 
     Raises:
-        LineError: it is longer than `MOST_BYTES`.
+        LineError: it is longer than `MAX_BYTES`.
     """
     size = _UNIT.size + len(unit.data)
-    if size > MOST_BYTES:
-        raise LineError(f"encoded picture of {len(unit.data)} bytes, at most {MOST_BYTES}")
+    if size > MAX_BYTES:
+        raise LineError(f"encoded picture of {len(unit.data)} bytes, at most {MAX_BYTES}")
     pts_ns = _NO_TIME if unit.pts_ns is None else unit.pts_ns
     return _HEAD.pack(UNIT, size) + _UNIT.pack(unit.keyframe, unit.track, pts_ns) + unit.data
 
@@ -95,8 +95,8 @@ class LineReader:
         at = 0
         while len(self._held) - at >= _HEAD.size:
             kind, size = _HEAD.unpack_from(self._held, at)
-            if size > MOST_BYTES:
-                raise LineError(f"message of {size} bytes, at most {MOST_BYTES}")
+            if size > MAX_BYTES:
+                raise LineError(f"message of {size} bytes, at most {MAX_BYTES}")
             end = at + _HEAD.size + size
             if len(self._held) < end:
                 break

@@ -4,8 +4,8 @@ import pytest
 from scenes.cameras import Pinhole
 from scenes.frames import look_at
 from scenes.pose import rotation_from_vector
+from scenes.prepare.align.metric import guessed_alignment
 from scenes.prepare.align.similarity import Similarity
-from scenes.prepare.align.unmeasured import guessed_alignment
 from scenes.prepare.reconstruction import Reconstruction, View
 
 CAMERA = Pinhole(640, 480, 500.0, 500.0, 320.0, 240.0)

@@ -1,6 +1,6 @@
 import numpy as np
 
-from scenes.prepare.cutout.structure.connected_bodies import bodies, bodies_of_splats
+from scenes.prepare.cutout.connected_bodies import bodies, bodies_of_splats
 from scenes.splats import SplatCloud
 
 HEAPS = np.random.default_rng(0).uniform(-0.02, 0.02, (40, 3)) + np.repeat(

@@ -11,7 +11,7 @@ import socket
 
 from devices.camera.address import CameraAddress, address_from_json
 from devices.camera.container_units import ContainerUnits
-from devices.camera.pull.unit_line import (
+from devices.camera.sources.unit_line import (
     Failed,
     LineError,
     encode_failed,
@@ -22,18 +22,18 @@ from devices.camera.pull.unit_line import (
 from devices.camera.units import SourceError, StreamFormat
 from scenes.workers.parent import end_with_parent
 
-MOST_MEMORY_BYTES = 2 << 30
+MAX_MEMORY_BYTES = 2 << 30
 """Address space that the process may take, bytes: what a hostile stream can cost. Reading 8K raw
 pictures takes 0.6 GB of it, most of it for libraries."""
 
-MOST_ADDRESS_BYTES = 4096
+MAX_ADDRESS_BYTES = 4096
 """Longest address that is read."""
 
 
 def main() -> None:
     """Read the camera until it ends or the studio hangs up."""
     line = socket.socket(fileno=0)
-    resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY_BYTES, MOST_MEMORY_BYTES))
+    resource.setrlimit(resource.RLIMIT_AS, (MAX_MEMORY_BYTES, MAX_MEMORY_BYTES))
     address = address_from_json(_first_line(line))
     end_with_parent(lambda: line.recv(4096), code=0)
     try:
@@ -66,7 +66,7 @@ def _send_units(address: CameraAddress, line: socket.socket) -> Failed:
 
 def _first_line(line: socket.socket) -> str:
     data = b""
-    while not data.endswith(b"\n") and len(data) < MOST_ADDRESS_BYTES:
+    while not data.endswith(b"\n") and len(data) < MAX_ADDRESS_BYTES:
         more = line.recv(1)
         if not more:
             break

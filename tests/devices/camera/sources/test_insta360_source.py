@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from devices.camera.address import parse_address
-from devices.camera.insta360_source import Insta360Source
 from devices.camera.received import CameraState
 from devices.camera.receiver import CameraReceiver
+from devices.camera.sources.insta360_source import Insta360Source
 from devices.camera.units import Idle, SourceError, Unit
 from devices.clock import WallClock
 from devices.insta360.commands import CameraInfo

@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
+from scenes.samples.pictures.textures import Rgb, noise, tinted
 from scenes.samples.shapes import Picture
-from scenes.samples.textures import Rgb, noise, tinted
 
 
 def font(size_px: int, *, bold: bool = False) -> ImageFont.FreeTypeFont:
@@ -81,7 +81,7 @@ def page_edges(rng: np.random.Generator) -> Picture:
 
 
 def mug_band(rng: np.random.Generator) -> Picture:
-    """What is printed around a mug, 25 × 9.5 cm, 2 px per mm."""
+    """Draw the print around a mug, 25 × 9.5 cm, 2 px per mm."""
     image = Image.new("RGB", (500, 190), (226, 222, 212))
     draw = ImageDraw.Draw(image)
     draw.rectangle((0, 30, 500, 46), fill=(196, 72, 50))

@@ -10,9 +10,11 @@ from numpy.typing import NDArray
 from scenes.splats import SplatCloud
 
 BIN_M = 0.005
-LEAST_SHARE = 0.12
+"""Height of a bin, metres."""
+MIN_LEVEL_SHARE = 0.12
 """Of the splats' area: what lies in one level to be a plane."""
-MOST_PLANES = 8
+MAX_PLANES = 8
+"""Planes that are looked for."""
 REACH_M = (0.004, 0.015)
 """How thick a plane may be taken, whatever its splats' noise says."""
 
@@ -25,19 +27,21 @@ class LevelPlane:
     reach_m: float
 
 
-def level_planes(cloud: SplatCloud, *, least_share: float = LEAST_SHARE) -> tuple[LevelPlane, ...]:
+def level_planes(
+    cloud: SplatCloud, *, min_share: float = MIN_LEVEL_SHARE
+) -> tuple[LevelPlane, ...]:
     """The heights at which much of the splats' area lies, the largest first.
 
     Args:
         cloud: what surrounds an object, world frame.
-        least_share: of the area, to be a plane.
+        min_share: of the area, to be a plane.
     """
     heights = cloud.means[:, 2].astype(np.float64)
-    return levels(heights, level_area(cloud), least_share=least_share)
+    return levels(heights, level_area(cloud), min_share=min_share)
 
 
 def levels(
-    heights: NDArray[np.float64], area: NDArray[np.float64], *, least_share: float = LEAST_SHARE
+    heights: NDArray[np.float64], area: NDArray[np.float64], *, min_share: float = MIN_LEVEL_SHARE
 ) -> tuple[LevelPlane, ...]:
     """The heights (N,), metres, at which much of the area (N,) lies, the largest first."""
     planes: list[LevelPlane] = []
@@ -46,7 +50,7 @@ def levels(
     bins = np.floor((heights - heights.min()) / BIN_M).astype(np.intp) + 1
     level = np.bincount(bins, weights=area, minlength=int(bins.max()) + 2)
     window = np.convolve(level, np.ones(3), mode="same")
-    while window.max() > least_share * area.sum() and len(planes) < MOST_PLANES:
+    while window.max() > min_share * area.sum() and len(planes) < MAX_PLANES:
         peak = int(np.argmax(window))
         inside = np.abs(bins - peak) <= 1
         height = float(np.average(heights[inside], weights=area[inside]))

@@ -1,1 +1,0 @@
-"""Cameras that the studio pulls from: FFmpeg in a process of its own, which may hang or crash."""
