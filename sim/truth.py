@@ -74,9 +74,14 @@ class IdMasks(Mapping[str, tuple[NDArray[np.bool_], ...]]):
         return len(self._numbers)
 
 
-def has_moved(first: Pose, now: Pose) -> bool:
+def has_moved(world_from_first: Pose, world_from_now: Pose) -> bool:
     """Whether an object is elsewhere than at first, or turned."""
-    turned = math.acos(np.clip(0.5 * (np.trace(first.rotation.T @ now.rotation) - 1.0), -1.0, 1.0))
+    turned = math.acos(
+        np.clip(
+            0.5 * (np.trace(world_from_first.rotation.T @ world_from_now.rotation) - 1.0), -1.0, 1.0
+        )
+    )
     return (
-        float(np.linalg.norm(now.translation - first.translation)) > MOVED_M or turned > MOVED_RAD
+        float(np.linalg.norm(world_from_now.translation - world_from_first.translation)) > MOVED_M
+        or turned > MOVED_RAD
     )

@@ -75,12 +75,12 @@ class RigTracker:
             is_refined: whether poses are refined against the room.
         """
 
-        def refine(nominal: Pose, *, is_near: bool = True) -> Calibration:
+        def refine(world_from_rig: Pose, *, is_near: bool = True) -> Calibration:
             if not is_refined:
-                return Calibration.unrefined(nominal)
+                return Calibration.unrefined(world_from_rig)
             objects = standing.posed()
             return calibrate(
-                frame, nominal, self._room, self._renderer, objects=objects, is_near=is_near
+                frame, world_from_rig, self._room, self._renderer, objects=objects, is_near=is_near
             )
 
         if known is None:

@@ -103,13 +103,15 @@ def _base_from_centre(item: Primitive) -> Pose:
     return Pose.from_yaw(0.0, (0.0, 0.0, 0.5 * item.size_m[2]))
 
 
-def is_same_pose(a: Pose, b: Pose) -> bool:
+def is_same_pose(world_from_a: Pose, world_from_b: Pose) -> bool:
     """Whether two poses differ by rounding at most."""
-    return a is b or bool(np.abs(a.matrix() - b.matrix()).max() < 1e-9)
+    if world_from_a is world_from_b:
+        return True
+    return bool(np.abs(world_from_a.matrix() - world_from_b.matrix()).max() < 1e-9)
 
 
-def has_moved(before: Pose, after: Pose, share: float) -> bool:
+def has_moved(world_from_before: Pose, world_from_after: Pose, share: float) -> bool:
     """Whether a body has moved or turned by more than a share of `MOVED_M` or `MOVED_RAD`."""
-    way = float(np.linalg.norm(after.translation - before.translation))
-    turn = rotation_angle(after.rotation @ before.rotation.T)
+    way = float(np.linalg.norm(world_from_after.translation - world_from_before.translation))
+    turn = rotation_angle(world_from_after.rotation @ world_from_before.rotation.T)
     return way > share * MOVED_M or turn > share * MOVED_RAD
