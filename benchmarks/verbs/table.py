@@ -1,0 +1,68 @@
+"""The table of verbs that measure: the command line adds it to its own in a checkout."""
+
+from __future__ import annotations
+
+from studio.verbs.verb import Verb
+
+VERBS = (
+    Verb(
+        "evaluate preparation",
+        "studio.verbs.evaluate_preparation",
+        "film a built-in room, prepare it and hold the result against the truth",
+        "nexus evaluate preparation lab --json",
+    ),
+    Verb(
+        "evaluate dataset",
+        "studio.verbs.evaluate_dataset",
+        "take a folder of photos and 360° pictures with exact truth through prepare, cut and track",
+        "nexus evaluate dataset room_c --out out/room_c",
+    ),
+    Verb(
+        "evaluate twin",
+        "studio.verbs.evaluate_twin",
+        "rehearse a dataset's courses in its own scan, and compare with what was measured there",
+        "nexus evaluate twin room_c --out out/room_c",
+    ),
+    Verb(
+        "evaluate random-rooms",
+        "studio.verbs.evaluate_random_rooms",
+        "track objects of many kinds in rooms by seed, and say where it fails",
+        "nexus evaluate random-rooms --seeds 100-107",
+    ),
+    Verb(
+        "evaluate",
+        "studio.verbs.evaluate",
+        "hold the tracker against the truth, with the paper's method on the same frames",
+        "nexus evaluate room --method paper --seeds 5 --plot",
+    ),
+    Verb(
+        "bench raster",
+        "studio.bench.raster",
+        "measure the splat renderer",
+        "nexus bench raster --json",
+    ),
+    Verb(
+        "bench studio",
+        "studio.verbs.bench_studio",
+        "measure the window: opening, drawing, answering, seeking, what a kill costs",
+        "nexus bench studio --json",
+    ),
+    Verb(
+        "bench physics",
+        "studio.bench.physics",
+        "measure the physics of a scanned room",
+        "nexus bench physics --quick",
+    ),
+    Verb(
+        "bench twin",
+        "studio.bench.twin",
+        "measure the digital twin: its camera, its physics, its forks",
+        "nexus bench twin --json",
+    ),
+    Verb(
+        "bench files",
+        "studio.bench.files",
+        "try small files as people bring them, and count those that come out right",
+        "nexus bench files --json",
+    ),
+)
