@@ -5,13 +5,13 @@ import math
 import numpy as np
 import pytest
 
+from benchmarks.twin.scan_like import block
 from devices.messages import PoseSample
 from scenes.frames import look_at
 from scenes.mesh import BoxPart, PhysicalObject
 from scenes.pose import Pose
 from sim.people.driven import DrivenPerson, GripSample
 from sim.physics.collision.surface import surface_of
-from sim.physics.scanned.scan_like import block
 from sim.physics.scanned.twin import Twin
 
 TICK_NS = 10_000_000

@@ -11,7 +11,7 @@ SHARE = 1 / 3
 two people walking through 300 k splats on two cores, other work beside it: at 1/5 the view in the
 middle is as fast as without any and two small pictures come 4.0 times a second each; at 1/3 it
 loses 17 % (38.6 to 32.2 pictures/s) and they come 7.0 times (`insets` in
-`studio/app/measure/child.py`)."""
+`benchmarks/studio/child.py`)."""
 
 
 class Turns(Generic[T]):
