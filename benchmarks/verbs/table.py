@@ -7,31 +7,31 @@ from studio.verbs.verb import Verb
 VERBS = (
     Verb(
         "evaluate preparation",
-        "studio.verbs.evaluate_preparation",
+        "benchmarks.verbs.evaluate_preparation",
         "film a built-in room, prepare it and hold the result against the truth",
         "nexus evaluate preparation lab --json",
     ),
     Verb(
         "evaluate dataset",
-        "studio.verbs.evaluate_dataset",
+        "benchmarks.verbs.evaluate_dataset",
         "take a folder of photos and 360° pictures with exact truth through prepare, cut and track",
         "nexus evaluate dataset room_c --out out/room_c",
     ),
     Verb(
         "evaluate twin",
-        "studio.verbs.evaluate_twin",
+        "benchmarks.verbs.evaluate_twin",
         "rehearse a dataset's courses in its own scan, and compare with what was measured there",
         "nexus evaluate twin room_c --out out/room_c",
     ),
     Verb(
         "evaluate random-rooms",
-        "studio.verbs.evaluate_random_rooms",
+        "benchmarks.verbs.evaluate_random_rooms",
         "track objects of many kinds in rooms by seed, and say where it fails",
         "nexus evaluate random-rooms --seeds 100-107",
     ),
     Verb(
         "evaluate",
-        "studio.verbs.evaluate",
+        "benchmarks.verbs.evaluate",
         "hold the tracker against the truth, with the paper's method on the same frames",
         "nexus evaluate room --method paper --seeds 5 --plot",
     ),

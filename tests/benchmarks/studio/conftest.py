@@ -2,6 +2,5 @@
 
 from tests.studio.app.conftest import deleted, until
 from tests.studio.app.shell.conftest import desk
-from tests.studio.conftest import no_display, no_traceback, tiny
 
-__all__ = ("deleted", "desk", "no_display", "no_traceback", "tiny", "until")
+__all__ = ("deleted", "desk", "until")

@@ -1,0 +1,134 @@
+"""`nexus evaluate twin FOLDER`: whether errors rehearsed in a scan are those of the real room."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import tempfile
+import time
+from contextlib import closing, nullcontext
+from pathlib import Path
+
+DRAWS = 3
+"""Draws of how far the real room is from the scan's world: one alone may be near to nothing."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The verb's flags."""
+    parser.add_argument("folder", type=Path, help="photos, 360° pictures and truth of a room")
+    parser.add_argument(
+        "--out", type=Path, metavar="DIR", help="keep the package and its stages here"
+    )
+    parser.add_argument(
+        "--quality", choices=("preview", "default", "fine"), default="default", help="of the scan"
+    )
+    parser.add_argument(
+        "--draws",
+        type=int,
+        default=DRAWS,
+        metavar="N",
+        help=f"rehearse with N errors of the scan's metric world ({DRAWS})",
+    )
+    parser.add_argument("--seed", type=int, default=0, help="decides everything random")
+    parser.add_argument("--json", action="store_true", help="print the figures as JSON")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Prepare, cut, rehearse the dataset's courses, track both; exit 1 if a figure misses its bar.
+
+    Raises:
+        ValueError: the folder is no dataset, or its photos make no room.
+    """
+    import numpy as np
+
+    from benchmarks.evaluate.answers import Answer
+    from benchmarks.evaluate.dataset.layout import read_dataset
+    from benchmarks.evaluate.dataset.prediction import prediction_rows
+    from benchmarks.evaluate.dataset.preparing import prepare_dataset
+    from benchmarks.evaluate.dataset.rehearsed_pictures import RehearsedPictures
+    from benchmarks.evaluate.dataset.tracking import (
+        CameraError,
+        Pictures,
+        Tracked,
+        filmed,
+        track_dataset,
+    )
+    from scenes.prepare.reality import with_reality
+    from scenes.render.native import NativeRenderer
+    from sim.reality.look import SplatLook
+    from sim.reality.parts import parts_of
+    from sim.reality.room import scanned_room
+    from sim.reality.world_error import drawn_error
+    from studio.console.progress import StageProgress, text_progress
+    from studio.console.rows import as_json, as_table, exit_code
+    from studio.session.trackers.methods import make_method
+
+    dataset, progress = read_dataset(args.folder), text_progress()
+    kept = nullcontext(args.out) if args.out else tempfile.TemporaryDirectory()
+    with kept as name:
+        folder = Path(name)
+        folder.mkdir(parents=True, exist_ok=True)
+        prepared = prepare_dataset(
+            dataset,
+            folder,
+            quality=args.quality,
+            steps=None,
+            seed=args.seed,
+            progress=progress,
+            clock=time.monotonic,
+        )
+        stages = StageProgress(progress)
+        scene = with_reality(
+            prepared.package,
+            folder / "room.gnx.prepare",
+            seed=args.seed,
+            seconds=time.monotonic,
+            progress=stages,
+        )
+        stages.finish()
+        assert scene.reality is not None
+        progress.begin("taking the second reconstruction apart")
+        renderer = NativeRenderer()
+        parts = parts_of(
+            scene,
+            scene.reality,
+            renderer,
+            folder=folder / "parts",
+            progress=lambda done, note: progress.advance(done, note),
+        )
+        room = scanned_room(scene, parts, renderer)
+        progress.finish(f"{len(parts.objects)} objects")
+        method = make_method("own", prepared.package)
+
+        def tracked(picture_of: Pictures, what: str) -> Tracked:
+            progress.begin(f"tracking {what} pictures")
+            found = track_dataset(
+                dataset,
+                prepared,
+                method,
+                camera_error=CameraError(),
+                seed=args.seed,
+                stopwatch_ns=time.perf_counter_ns,
+                begin=lambda session: progress.advance(0.0, session),
+                picture_of=picture_of,
+                chained=False,
+            )
+            progress.finish(f"{len(found.answers)} answers")
+            return found
+
+        measured = tracked(filmed, "the real")
+        rehearsed: list[Answer] = []
+        for draw in range(max(1, args.draws)):
+            error = drawn_error(scene.reality, np.random.default_rng([args.seed, draw]))
+            look = SplatLook(room, renderer=renderer)
+            with closing(RehearsedPictures(dataset, prepared, room, look, error=error)) as pictures:
+                rehearsed += tracked(pictures, f"rehearsed ({draw + 1} of {args.draws})").answers
+    for object_id, why in parts.missing.items():
+        print(f"{object_id} stands still in the rehearsal: {why}", file=sys.stderr)
+    rows = prediction_rows(dataset, rehearsed=rehearsed, measured=measured.answers)
+    if args.json:
+        print(json.dumps(as_json("evaluate twin", rows, args.seed), indent=2))
+    else:
+        print(as_table(rows))
+    return exit_code(rows)
