@@ -97,7 +97,7 @@ def _tracked(seed: int, args: argparse.Namespace, progress: Progress) -> Tracked
     from benchmarks.evaluate.random_rooms.scanning import scan_of
     from benchmarks.evaluate.random_rooms.staging import staged
     from benchmarks.evaluate.random_rooms.tracking import CameraError, RoomTrial
-    from scenes.samples.random_rooms.room import random_room
+    from benchmarks.random_rooms.room import random_room
     from studio.evaluate.perfect_detector import PerfectDetector
     from studio.session.trackers.methods import make_method
 

@@ -25,7 +25,7 @@ from benchmarks.evaluate.random_rooms.filming import RoomFilm
 from benchmarks.evaluate.random_rooms.scanning import scan_of
 from benchmarks.evaluate.random_rooms.staging import staged
 from benchmarks.evaluate.random_rooms.tracking import CameraError, RoomTrial
-from scenes.samples.random_rooms.room import random_room
+from benchmarks.random_rooms.room import random_room
 from studio.session.trackers.methods import make_method
 
 CEILINGS = tomllib.loads((Path(__file__).parent / "ceilings.toml").read_text(encoding="utf-8"))

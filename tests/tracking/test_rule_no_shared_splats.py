@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-DRAWS_SPLATS = ("scenes.render", "scenes._native", "scenes.prepare.bake.bake")
+DRAWS_SPLATS = ("scenes.render", "scenes._native", "benchmarks.bake.bake")
 
 
 def imports_of(file):

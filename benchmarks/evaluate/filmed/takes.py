@@ -33,7 +33,7 @@ PICTURE_SOURCES = (
     "devices/video.py",
     "scenes/cameras.py",
     "scenes/samples/*.py",
-    "scenes/samples/random_rooms/*.py",
+    "benchmarks/random_rooms/*.py",
     "scenes/samples/data/*",
     "sim/camera/*.py",
 )

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.random_rooms.movable import Movable
+from benchmarks.random_rooms.outlines import overlaps, upright
+from benchmarks.random_rooms.placing import Ground, is_free, place
 from scenes.pose import Pose, wrap_angle
-from scenes.samples.random_rooms.movable import Movable
-from scenes.samples.random_rooms.outlines import overlaps, upright
-from scenes.samples.random_rooms.placing import Ground, is_free, place
 from sim.people.posture import (
     FULL_STRIDE_M,
     SIDES,

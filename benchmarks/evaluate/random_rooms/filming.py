@@ -13,11 +13,11 @@ from benchmarks.evaluate.filmed.conditions import Conditions
 from benchmarks.evaluate.filmed.filming import FilmSet, Shot
 from benchmarks.evaluate.filmed.takes import Take, TakeCache
 from benchmarks.evaluate.random_rooms.staging import Moment, Staged
+from benchmarks.random_rooms.room import RandomRoom
 from devices.messages import Frame
 from scenes.cameras import Rig
 from scenes.mesh import PhysicalObject
 from scenes.pose import Pose
-from scenes.samples.random_rooms.room import RandomRoom
 from sim.bodies import Placement
 
 NOISE = (0.7, 1.8)

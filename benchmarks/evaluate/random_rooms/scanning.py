@@ -13,13 +13,13 @@ import numpy as np
 import platformdirs
 from numpy.typing import NDArray
 
+from benchmarks.bake.bake import bake
+from benchmarks.random_rooms.room import RandomRoom
 from scenes.mesh import PhysicalObject, TexturedMesh
 from scenes.package import DISTRIBUTION, ScenePackage, is_package, load_package, save_package
 from scenes.package.files import PackageError
 from scenes.package.package import Stage
-from scenes.prepare.bake.bake import bake
 from scenes.rays import RayScene
-from scenes.samples.random_rooms.room import RandomRoom
 
 log = logging.getLogger(__name__)
 
@@ -31,8 +31,8 @@ CLEARANCE_M = 1e-3
 
 SOURCES = (
     "scenes/samples/*.py",
-    "scenes/samples/random_rooms/*.py",
-    "scenes/prepare/bake/*.py",
+    "benchmarks/random_rooms/*.py",
+    "benchmarks/bake/*.py",
     "scenes/rays.py",
     "benchmarks/evaluate/random_rooms/scanning.py",
 )

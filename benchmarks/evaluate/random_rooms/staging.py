@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.evaluate.random_rooms.acting import Act, Stage, carried, pushed
+from benchmarks.random_rooms.placing import rearranged
+from benchmarks.random_rooms.room import RandomRoom
 from scenes.pose import Pose
-from scenes.samples.random_rooms.placing import rearranged
-from scenes.samples.random_rooms.room import RandomRoom
 from sim.bodies import Body, Placement
 from sim.people.figure import person_body
 

@@ -13,10 +13,10 @@ from scipy.optimize import linear_sum_assignment
 from benchmarks.evaluate.answers import Answer
 from benchmarks.evaluate.random_rooms.filming import Picture, RoomFilm
 from benchmarks.evaluate.random_rooms.staging import COLD, SEQUENCE, Staged
+from benchmarks.random_rooms.room import RandomRoom
 from devices.messages import Frame
 from scenes.package import ScenePackage
 from scenes.pose import Pose
-from scenes.samples.random_rooms.room import RandomRoom
 from scenes.state import TrackedObject
 from sim.rehearsal import off_by
 from studio.evaluate.metrics import pose_error

@@ -6,11 +6,11 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from scenes.samples.random_rooms.movable import Movable
-from scenes.samples.random_rooms.packed import book, carton, cereal_box, laptop, suitcase
-from scenes.samples.random_rooms.seats import armchair, dining_chair, stool, swivel_chair
-from scenes.samples.random_rooms.soft import cushion
-from scenes.samples.random_rooms.turned import ball, bottle, lamp, mug, plant_pot, side_table
+from benchmarks.random_rooms.movable import Movable
+from benchmarks.random_rooms.packed import book, carton, cereal_box, laptop, suitcase
+from benchmarks.random_rooms.seats import armchair, dining_chair, stool, swivel_chair
+from benchmarks.random_rooms.soft import cushion
+from benchmarks.random_rooms.turned import ball, bottle, lamp, mug, plant_pot, side_table
 
 Build = Callable[[np.random.Generator], Movable]
 """A random member of one family."""

@@ -7,8 +7,8 @@ from typing import cast
 import numpy as np
 from PIL import Image, ImageDraw
 
+from benchmarks.random_rooms.finishes import COLOURS
 from scenes.samples.graphics import font
-from scenes.samples.random_rooms.finishes import COLOURS
 from scenes.samples.shapes import Picture
 from scenes.samples.textures import Rgb, mixed, noise, tinted
 

@@ -1,12 +1,12 @@
-"""`scenes.samples.random_rooms.room`: the same by seed, nothing in each other, all inside."""
+"""`benchmarks.random_rooms.room`: the same by seed, nothing in each other, all inside."""
 
 import numpy as np
 import pytest
 
+from benchmarks.random_rooms.outlines import outline_of, overlaps, upright
+from benchmarks.random_rooms.placing import is_free, rearranged
+from benchmarks.random_rooms.room import LENS_SIZES_PX, random_items, random_room
 from scenes.pose import Pose
-from scenes.samples.random_rooms.outlines import outline_of, overlaps, upright
-from scenes.samples.random_rooms.placing import is_free, rearranged
-from scenes.samples.random_rooms.room import LENS_SIZES_PX, random_items, random_room
 
 SEEDS = (100, 103)
 

@@ -6,9 +6,7 @@ import math
 
 import numpy as np
 
-from scenes.pose import Pose
-from scenes.samples.graphics import page_edges
-from scenes.samples.random_rooms.finishes import (
+from benchmarks.random_rooms.finishes import (
     COLOURS,
     DARK,
     PATTERNED,
@@ -17,8 +15,10 @@ from scenes.samples.random_rooms.finishes import (
     Finish,
     random_finish,
 )
-from scenes.samples.random_rooms.movable import FLOOR, SEAT, TOP, Movable, movable, part
-from scenes.samples.random_rooms.prints import printed, sheet
+from benchmarks.random_rooms.movable import FLOOR, SEAT, TOP, Movable, movable, part
+from benchmarks.random_rooms.prints import printed, sheet
+from scenes.pose import Pose
+from scenes.samples.graphics import page_edges
 from scenes.samples.shapes import (
     OBJECT_CELL_M,
     Material,

@@ -9,18 +9,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.random_rooms import gloss
+from benchmarks.random_rooms.families import FAMILIES
+from benchmarks.random_rooms.furniture import UNDER
+from benchmarks.random_rooms.lighting import RoomLight, room_light
+from benchmarks.random_rooms.movable import ATLAS_PX, TOP, Movable
+from benchmarks.random_rooms.outlines import outline_of, overlaps, upright
+from benchmarks.random_rooms.placing import STAND_HALF_M, Ground, ground_of, place_all
+from benchmarks.random_rooms.plan import Plan, random_plan
 from scenes.frames import look_at
 from scenes.mesh import PhysicalObject, PhysicalRoom
 from scenes.pose import Pose
 from scenes.samples.atlas import mesh_from_surfaces
-from scenes.samples.random_rooms import gloss
-from scenes.samples.random_rooms.families import FAMILIES
-from scenes.samples.random_rooms.furniture import UNDER
-from scenes.samples.random_rooms.lighting import RoomLight, room_light
-from scenes.samples.random_rooms.movable import ATLAS_PX, TOP, Movable
-from scenes.samples.random_rooms.outlines import outline_of, overlaps, upright
-from scenes.samples.random_rooms.placing import STAND_HALF_M, Ground, ground_of, place_all
-from scenes.samples.random_rooms.plan import Plan, random_plan
 
 FloatArray = NDArray[np.float64]
 

@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from benchmarks.bake.discs import Discs, cover
+from benchmarks.bake.spacing import Limits
+from benchmarks.bake.surface import soup_of
 from scenes.mesh import PhysicalObject, PhysicalRoom, TexturedMesh
 from scenes.pose import Pose
-from scenes.prepare.bake.discs import Discs, cover
-from scenes.prepare.bake.spacing import Limits
-from scenes.prepare.bake.surface import soup_of
 from scenes.rays import RayScene
 from scenes.splats import SH_C0, SplatCloud, concatenate
 from scenes.state import ObjectModel

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.samples.random_rooms.finishes import COLOURS
+from benchmarks.random_rooms.finishes import COLOURS
 from scenes.samples.shapes import Material, Picture
 from scenes.samples.shell import Shell
 from scenes.samples.textures import Rgb, mixed, noise, parquet, plaster, size_px, tinted

@@ -1,12 +1,12 @@
-"""`scenes.samples.random_rooms.families`: each member stands, is closed, as symmetric as said."""
+"""`benchmarks.random_rooms.families`: each member stands, is closed, as symmetric as said."""
 
 import numpy as np
 import pytest
 from scipy.spatial import KDTree
 
+from benchmarks.random_rooms.families import FAMILIES
+from benchmarks.random_rooms.movable import ROUND, TOP
 from scenes.rays import RayScene
-from scenes.samples.random_rooms.families import FAMILIES
-from scenes.samples.random_rooms.movable import ROUND, TOP
 
 MEMBERS = [(family, k) for family in FAMILIES for k in range(2)]
 

@@ -7,16 +7,16 @@ from itertools import pairwise
 
 import numpy as np
 
-from scenes.pose import Pose
-from scenes.samples.random_rooms.finishes import (
+from benchmarks.random_rooms.finishes import (
     PATTERNED,
     PLAIN,
     SHINY,
     random_finish,
     smooth,
 )
-from scenes.samples.random_rooms.movable import FLOOR, ROUND, TOP, Movable, movable, part
-from scenes.samples.random_rooms.prints import printed
+from benchmarks.random_rooms.movable import FLOOR, ROUND, TOP, Movable, movable, part
+from benchmarks.random_rooms.prints import printed
+from scenes.pose import Pose
 from scenes.samples.shapes import Surface, bar, lathe, placed, prism, rounded_outline
 from scenes.samples.textures import mixed, picture, plain
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from scenes.samples.random_rooms.finishes import DARK, PATTERNED, PLAIN, random_finish
-from scenes.samples.random_rooms.movable import FLOOR, SEAT, Movable, movable, part
+from benchmarks.random_rooms.finishes import DARK, PATTERNED, PLAIN, random_finish
+from benchmarks.random_rooms.movable import FLOOR, SEAT, Movable, movable, part
 from scenes.samples.shapes import Surface
 
 GRID = 14

@@ -8,14 +8,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from benchmarks.random_rooms.furniture import FURNITURE, Furniture, Stand
+from benchmarks.random_rooms.linings import random_floor, random_wallpaper
+from benchmarks.random_rooms.outlines import Outline, outline_of, overlaps
 from scenes.mesh import BoxPart
 from scenes.pose import Pose
 from scenes.samples import decor, wall_art
 from scenes.samples.furniture import RoomSet
 from scenes.samples.light import AreaLight
-from scenes.samples.random_rooms.furniture import FURNITURE, Furniture, Stand
-from scenes.samples.random_rooms.linings import random_floor, random_wallpaper
-from scenes.samples.random_rooms.outlines import Outline, outline_of, overlaps
 from scenes.samples.shapes import Material, placed, quad
 from scenes.samples.shell import SKIRTING_M, WALL_SOLID_M, Shell
 from scenes.samples.textures import picture, plain, plaster

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from scenes.prepare.bake.spacing import (
+from benchmarks.bake.spacing import (
     Limits,
     Sites,
     choose_sites,
@@ -19,7 +19,7 @@ from scenes.prepare.bake.spacing import (
     neighbour_distances,
     tangent_frames,
 )
-from scenes.prepare.bake.surface import Edges, Soup, SurfacePoints, colours, find_edges
+from benchmarks.bake.surface import Edges, Soup, SurfacePoints, colours, find_edges
 from scenes.rays import RayScene
 
 FloatArray = NDArray[np.float64]

@@ -1,10 +1,10 @@
-"""`scenes.samples.random_rooms.plan`: furniture inside the walls, apart, with places on it."""
+"""`benchmarks.random_rooms.plan`: furniture inside the walls, apart, with places on it."""
 
 import numpy as np
 import pytest
 
-from scenes.samples.random_rooms.outlines import overlaps
-from scenes.samples.random_rooms.plan import random_plan
+from benchmarks.random_rooms.outlines import overlaps
+from benchmarks.random_rooms.plan import random_plan
 
 
 @pytest.fixture(scope="module", params=[1, 2, 3])

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from scenes.prepare.bake.surface import (
+from benchmarks.bake.surface import (
     Edges,
     Soup,
     SurfacePoints,

@@ -7,16 +7,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from scenes.mesh import BoxPart
-from scenes.pose import Pose
-from scenes.samples.random_rooms.finishes import (
+from benchmarks.random_rooms.finishes import (
     DARKS,
     Finish,
     random_finish,
     random_wood,
     smooth,
 )
-from scenes.samples.random_rooms.movable import FLOOR, Movable, movable, part
+from benchmarks.random_rooms.movable import FLOOR, Movable, movable, part
+from scenes.mesh import BoxPart
+from scenes.pose import Pose
 from scenes.samples.shapes import (
     OBJECT_CELL_M,
     Material,

@@ -1,12 +1,12 @@
-"""`scenes.samples.random_rooms.outlines`: turned boxes that touch or do not."""
+"""`benchmarks.random_rooms.outlines`: turned boxes that touch or do not."""
 
 import math
 
 import numpy as np
 import pytest
 
+from benchmarks.random_rooms.outlines import overlaps, upright
 from scenes.pose import Pose
-from scenes.samples.random_rooms.outlines import overlaps, upright
 
 
 def unit(x, y, *, yaw=0.0, z=0.0):

@@ -10,11 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from benchmarks.random_rooms.finishes import COLOURS, DARKS, random_wood, smooth
+from benchmarks.random_rooms.movable import SEAT, TOP
 from scenes.pose import Pose
 from scenes.samples.decor import books_on_board, storage_box
 from scenes.samples.furniture import RoomSet, shelf_unit, table
-from scenes.samples.random_rooms.finishes import COLOURS, DARKS, random_wood, smooth
-from scenes.samples.random_rooms.movable import SEAT, TOP
 from scenes.samples.shapes import STATIC_CELL_M, placed, prism, rounded_outline
 from scenes.samples.textures import mixed, plain
 

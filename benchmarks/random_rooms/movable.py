@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from benchmarks.random_rooms.finishes import Finish
 from scenes.mesh import BoxPart, PhysicalObject, TexturedMesh
 from scenes.pose import Pose
 from scenes.samples.atlas import mesh_from_surfaces
-from scenes.samples.random_rooms.finishes import Finish
 from scenes.samples.shapes import Surface, placed
 
 ATLAS_PX = 1024

@@ -7,12 +7,12 @@ import cv2
 import numpy as np
 import pytest
 
+from benchmarks.bake.bake import ScanImperfections, bake
 from benchmarks.raster.reference.renderer import ReferenceRenderer
 from scenes.cameras import Fisheye, Pinhole
 from scenes.frames import look_at
 from scenes.mesh import BoxPart, PhysicalObject, PhysicalRoom
 from scenes.pose import Pose, rotation_from_quaternion
-from scenes.prepare.bake.bake import ScanImperfections, bake
 from scenes.rays import RayScene
 from scenes.render.renderer import PosedSplats, Renderer, RenderOptions
 from scenes.samples import sample_room

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.random_rooms.furniture import UNDER, Stand
+from benchmarks.random_rooms.movable import FLOOR, Movable
+from benchmarks.random_rooms.outlines import Outline, outline_of, overlaps, upright
+from benchmarks.random_rooms.plan import Plan
 from scenes.pose import Pose
-from scenes.samples.random_rooms.furniture import UNDER, Stand
-from scenes.samples.random_rooms.movable import FLOOR, Movable
-from scenes.samples.random_rooms.outlines import Outline, outline_of, overlaps, upright
-from scenes.samples.random_rooms.plan import Plan
 
 FloatArray = NDArray[np.float64]
 

@@ -1,10 +1,10 @@
-"""`scenes.samples.random_rooms.lighting`: lamps, shadows, corners, another day."""
+"""`benchmarks.random_rooms.lighting`: lamps, shadows, corners, another day."""
 
 import numpy as np
 import pytest
 
+from benchmarks.random_rooms.lighting import room_light
 from scenes.samples.light import AreaLight
-from scenes.samples.random_rooms.lighting import room_light
 from scenes.samples.shapes import box, quad
 from scenes.samples.textures import plain
 
