@@ -12,6 +12,7 @@ STRICT = (
     "benchmarks/bake",
     "benchmarks/random_rooms",
     "benchmarks/raster/reference",
+    "benchmarks/wire",
 )
 EXCEPTIONS = Path(__file__).with_name("strict_exceptions.txt")
 MARK = "# pyright: standard"

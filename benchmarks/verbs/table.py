@@ -65,4 +65,10 @@ VERBS = (
         "try small files as people bring them, and count those that come out right",
         "nexus bench files --json",
     ),
+    Verb(
+        "bench parsers",
+        "benchmarks.verbs.bench_parsers",
+        "give hostile bytes to every parser that a camera reaches, and count those that fail",
+        "nexus bench parsers --json",
+    ),
 )

@@ -16,6 +16,8 @@ from typing import Any, cast
 
 import numpy as np
 
+from benchmarks.wire.fuzz_streams import stream_targets
+from benchmarks.wire.hostile import hostile_bytes
 from devices.clock import ManualClock
 from devices.insta360.access_units import UnitAssembler
 from devices.insta360.commands import (
@@ -78,8 +80,6 @@ from devices.insta360.trailer import (
     trailer_bytes,
 )
 from devices.insta360.trailer import GYRO as GYRO_RECORD
-from sim.wire.fuzz_streams import stream_targets
-from sim.wire.hostile import hostile_bytes
 from sim.wire.osc_camera import OscCamera
 from sim.wire.rtsp.requests import Request, RequestReader, RtspError, interleaved
 from sim.wire.rtsp.transport import read_transport

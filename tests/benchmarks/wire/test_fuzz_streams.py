@@ -2,8 +2,8 @@
 
 import pytest
 
-from sim.wire.fuzz import PICTURE, targets
-from sim.wire.fuzz_streams import stream_targets
+from benchmarks.wire.fuzz import PICTURE, targets
+from benchmarks.wire.fuzz_streams import stream_targets
 
 
 @pytest.mark.parametrize("name", sorted(stream_targets(PICTURE)))

@@ -5,7 +5,7 @@ import threading
 
 import pytest
 
-from sim.wire.relay import TcpRelay, UdpRelay
+from benchmarks.wire.relay import TcpRelay, UdpRelay
 
 
 @pytest.fixture

@@ -9,8 +9,8 @@ import socket
 from collections.abc import Sequence
 from contextlib import suppress
 
+from benchmarks.wire.hostile import hostile_stream
 from sim.wire.accepting import AcceptingPort
-from sim.wire.hostile import hostile_stream
 
 PATIENCE_S = 1.0
 """How long the hostile side waits for the other one before it leaves."""
