@@ -1,7 +1,6 @@
-# pyright: standard
 """Traces the light of the built-in rooms with Mitsuba; run after a room's shape or light changed.
 
-    python -m scenes.samples.trace_light lab desk
+    python -m benchmarks.trace_light lab desk
 
 Needs `requirements/dev.in` and LLVM 16 or later (Debian: `apt install libllvm19`, and
 `DRJIT_LIBLLVM_PATH` where it is not found). Nothing else needs either: the result is committed.
