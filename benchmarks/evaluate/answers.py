@@ -17,10 +17,10 @@ from studio.evaluate.metrics import PoseError
 RIGHT_CM, RIGHT_DEG = 5.0, 5.0
 """A pose within both is right: the field's usual 5 cm, 5° (`sequence` of the evaluation, too)."""
 
-LEAST_VISIBLE = 0.5
+MIN_VISIBLE = 0.5
 """A cold start is asked for objects of which at least so much is visible."""
 
-LEAST_WIDTH_PX = 24.0
+MIN_WIDTH_PX = 24.0
 """And that are at least so wide in the picture."""
 
 FLAGGED = 0.5
@@ -88,7 +88,7 @@ def is_right(answer: Answer) -> bool:
 
 def is_asked(answer: Answer) -> bool:
     """Whether the picture shows enough of the object to ask for its pose."""
-    return answer.seen.fraction >= LEAST_VISIBLE and answer.seen.width_px >= LEAST_WIDTH_PX
+    return answer.seen.fraction >= MIN_VISIBLE and answer.seen.width_px >= MIN_WIDTH_PX
 
 
 def is_unflagged(answer: Answer) -> bool:

@@ -35,9 +35,9 @@ log = logging.getLogger(__name__)
 
 VIEWS = 3
 PADDING_PX = 6.0
-LEAST_SHARE = 0.8
+MIN_SHARE = 0.8
 """A person takes photos in which at least so much of the object is in sight."""
-LEAST_TURN_RAD = 0.5
+MIN_TURN_RAD = 0.5
 """And that are taken from different sides."""
 
 
@@ -160,7 +160,7 @@ def photos_of(
             continue
         whole, seen = _outlines(view, own, others)
         touches_edge = whole[0].any() or whole[-1].any() or whole[:, 0].any() or whole[:, -1].any()
-        if not whole.any() or touches_edge or seen.sum() < LEAST_SHARE * whole.sum():
+        if not whole.any() or touches_edge or seen.sum() < MIN_SHARE * whole.sum():
             continue
         eye = view.world_from_camera.translation - centre[0]
         ranked.append((int(seen.sum()), float(np.arctan2(eye[1], eye[0])), view, seen))
@@ -168,7 +168,7 @@ def photos_of(
     chosen: list[tuple[float, View, NDArray[np.bool_]]] = []
     for _, turn, view, seen in ranked:
         apart = [abs((turn - other + np.pi) % (2 * np.pi) - np.pi) for other, _, _ in chosen]
-        if len(chosen) < VIEWS and all(angle > LEAST_TURN_RAD for angle in apart):
+        if len(chosen) < VIEWS and all(angle > MIN_TURN_RAD for angle in apart):
             chosen.append((turn, view, seen))
     return [(view, seen) for _, view, seen in chosen]
 

@@ -40,7 +40,7 @@ IOU_BAR = 0.95
 COLLISION_BAR_CM = 2.0
 PROBE_DISTANCE_M = 5.0
 PROBES = 200
-MOST_PLACES, LEAST_SEEN = 4000, 3
+MAX_PLACES, MIN_SEEN = 4000, 3
 DEPTH_AGREEMENT = 0.05
 PLACE_SPREAD_M = 0.02
 """True cameras that see a point farther apart than this see an edge."""
@@ -136,7 +136,7 @@ def true_places(
     """
     scene = RayScene(triangles_of(room))
     true = {shot.name: shot.world_from_camera for shot in truth.shots}
-    chosen = rng.permutation(len(reconstruction.points))[:MOST_PLACES]
+    chosen = rng.permutation(len(reconstruction.points))[:MAX_PLACES]
     points = reconstruction.points[chosen]
     seen = np.full((len(points), len(reconstruction.views), 3), np.nan)
     for number, view in enumerate(reconstruction.views):
@@ -153,7 +153,7 @@ def true_places(
         rows = np.flatnonzero(valid)[agrees]
         seen[rows, number] = eyes[agrees] + rays[agrees] * distance[agrees, None]
     count = np.isfinite(seen[..., 0]).sum(axis=1)
-    often = count >= LEAST_SEEN
+    often = count >= MIN_SEEN
     places = np.nanmedian(seen[often], axis=1)
     spread = np.nanmedian(np.linalg.norm(seen[often] - places[:, None], axis=2), axis=1)
     sure = spread < PLACE_SPREAD_M

@@ -36,7 +36,7 @@ NEARBY_M = 0.5
 STAND_HALF_M = 0.3
 """Half the side of the floor that the camera's stand takes: its feet reach 0.28 m."""
 
-LEAST_RANGE_M = 0.45
+MIN_RANGE_M = 0.45
 """Nothing stands nearer to the camera than this, seen from above."""
 
 
@@ -118,7 +118,7 @@ def is_free(
     outline = upright(item.box_m, world_from_object)
     if not outline.is_inside(ground.inside_low, ground.inside_high):
         return False
-    if float(np.linalg.norm(world_from_object.translation[:2] - ground.camera[:2])) < LEAST_RANGE_M:
+    if float(np.linalg.norm(world_from_object.translation[:2] - ground.camera[:2])) < MIN_RANGE_M:
         return False
     if world_from_object.translation[2] > 0.0 and not _is_carried(outline, ground.stands):
         return False

@@ -27,7 +27,7 @@ FloatArray = NDArray[np.float64]
 LENS_SIZES_PX = (640, 960, 1280, 1440)
 """Sides of lens pictures that are drawn from."""
 
-LEAST_OBJECTS, MOST_OBJECTS = 6, 10
+MIN_OBJECTS, MAX_OBJECTS = 6, 10
 """Objects in a room, twins included."""
 
 TWIN_SHARE, LOOK_ALIKE_SHARE = 0.5, 0.3
@@ -126,7 +126,7 @@ def random_items(rng: np.random.Generator) -> dict[str, Movable]:
 
     Twins are named NAME-1 and NAME-2, others of a family NAME-b.
     """
-    count = int(rng.integers(LEAST_OBJECTS, MOST_OBJECTS + 1))
+    count = int(rng.integers(MIN_OBJECTS, MAX_OBJECTS + 1))
     names = [list(FAMILIES)[int(k)] for k in rng.permutation(len(FAMILIES))]
     twins = int(rng.random() < TWIN_SHARE) + int(rng.random() < TWIN_SHARE / 2)
     look_alikes = int(rng.random() < LOOK_ALIKE_SHARE)

@@ -35,7 +35,7 @@ LOST_S = 2.0
 PROJECTS = ("first", "second")
 """Projects that are edited in turn."""
 
-TURN, MOST_EDITS = 16, 45
+TURN, MAX_EDITS = 16, 45
 """Edits of a project before it is saved and the other one is opened, every kind and some again; and
 the most before a kill: in the third turn."""
 
@@ -56,7 +56,7 @@ def kill_rows(times: int, seed: int = 0) -> list[Row]:
     """Kill a studio so often; the worst that it cost, and how often the wrong work was offered."""
     rng = np.random.default_rng(seed)
     costs = [
-        _cost(int(rng.integers(1, MOST_EDITS)), float(rng.uniform(0.0, 0.3))) for _ in range(times)
+        _cost(int(rng.integers(1, MAX_EDITS)), float(rng.uniform(0.0, 0.3))) for _ in range(times)
     ]
     lost_s = [cost for cost in costs if cost is not None]
     return [

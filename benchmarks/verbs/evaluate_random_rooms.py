@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 JUDGED_SEEDS = "200-207"
 """Seeds that nothing is tuned on; 100-107 are for development."""
 
-MOST_ROOMS = 100
+MAX_ROOMS = 100
 """Rooms in one run; each takes about a minute."""
 
 HIGHEST_SEED = 1_000_000
@@ -82,9 +82,9 @@ def seeds_of(text: str) -> list[int]:
     if found is None:
         raise ValueError(f"--seeds {text!r}: wanted A-B, such as {JUDGED_SEEDS}, or one number")
     first, last = int(found[1]), int(found[2] or found[1])
-    if last < first or last - first >= MOST_ROOMS or last > HIGHEST_SEED:
+    if last < first or last - first >= MAX_ROOMS or last > HIGHEST_SEED:
         raise ValueError(
-            f"--seeds {text}: wanted A-B with A not above B, at most {MOST_ROOMS} rooms, and no "
+            f"--seeds {text}: wanted A-B with A not above B, at most {MAX_ROOMS} rooms, and no "
             f"seed above {HIGHEST_SEED}"
         )
     return list(range(first, last + 1))

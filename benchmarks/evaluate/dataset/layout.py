@@ -1,4 +1,4 @@
-"""What a dataset folder holds: photos of a room, 360° pictures of it, and the truth of both.
+"""Contents of a dataset folder: photos of a room, 360° pictures of it, and the truth of both.
 
 The form is described in docs/datasets.md. Poses are 4 × 4 row-major `a_from_b` matrices, cameras
 have OpenCV's axes, the world is right-handed with Z up, lengths are metres.
@@ -6,19 +6,18 @@ have OpenCV's axes, the world is right-handed with Z up, lengths are metres.
 
 from __future__ import annotations
 
-import json
 import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.evaluate.answers import Visibility
+from benchmarks.evaluate.dataset.json_field import Field, existing, read_json
 from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose
 
@@ -160,12 +159,12 @@ def read_dataset(folder: Path) -> Dataset:
     Raises:
         ValueError: a file or a field is missing or damaged; names both.
     """
-    objects, codes = _read(folder / "objects.json"), _read(folder / "qr.json")
+    objects, codes = read_json(folder / "objects.json"), read_json(folder / "qr.json")
     corners = {name: code.get("corners_world").array(4, 3) for name, code in codes.get("codes")}
     checks = [name for name, code in codes.get("codes") if code.optional("role") == "check"]
     items = {name: _object(folder, name, item) for name, item in objects.get("objects")}
     sets = {
-        name: _still_set(folder, name, _read(folder / "fisheye" / name / "truth.json"))
+        name: _still_set(folder, name, read_json(folder / "fisheye" / name / "truth.json"))
         for name in (*STILLS, SEQUENCE)
         if (folder / "fisheye" / name / "truth.json").is_file()
     }
@@ -185,14 +184,14 @@ def read_dataset(folder: Path) -> Dataset:
         code_side_m=codes.get("side_m").number(),
         code_corners_m=corners,
         check_codes=tuple(checks),
-        room_mesh=_existing(folder / "room.obj"),
+        room_mesh=existing(folder / "room.obj"),
         sets=sets,
     )
 
 
 def _captured(folder: Path) -> tuple[Pinhole, Mapping[str, Pose]]:
     """The photos' camera, and where each was taken."""
-    capture = _read(folder / "capture/cameras.json")
+    capture = read_json(folder / "capture/cameras.json")
     poses = {
         Path(frame.get("file").text()).name: frame.get("world_from_camera").pose()
         for frame in capture.get("frames").items()
@@ -205,7 +204,7 @@ Labelled = tuple[Mapping[str, Mapping[str, Visibility]], Mapping[str, int], int]
 
 def _labelled(folder: Path) -> Labelled:
     """What each photo shows, the objects' labels, and photo pixels per label pixel."""
-    seen = _read(folder / "capture/visible.json")
+    seen = read_json(folder / "capture/visible.json")
     visible = {
         Path(photo).name: {name: _visibility(value) for name, value in objects_seen}
         for photo, objects_seen in seen.get("frames")
@@ -217,7 +216,7 @@ def _labelled(folder: Path) -> Labelled:
 
 def _labelled_in(folder: Path, name: str) -> Labelled:
     """The labels of a data set without photos, as a set of its own states them."""
-    labels = _read(folder / "fisheye" / name / "truth.json").get("labels")
+    labels = read_json(folder / "fisheye" / name / "truth.json").get("labels")
     return {}, {name: int(value.number()) for name, value in labels}, 1
 
 
@@ -240,109 +239,31 @@ def read_rgb(path: Path) -> NDArray[np.uint8]:
 
 
 def _opened(path: Path, mode: int) -> NDArray[np.uint8]:
-    picture = cv2.imread(str(_existing(path)), mode | cv2.IMREAD_IGNORE_ORIENTATION)
+    picture = cv2.imread(str(existing(path)), mode | cv2.IMREAD_IGNORE_ORIENTATION)
     if picture is None:
         raise ValueError(f"{path}: no picture that can be decoded; copy the dataset again")
     return np.asarray(picture, dtype=np.uint8)
 
 
-@dataclass(frozen=True, slots=True)
-class _Field:
-    """A JSON value that knows where it stands, for messages.
-
-    Raises:
-        ValueError: in every method, where the value is of another kind; names file and field.
-    """
-
-    path: Path
-    name: str
-    value: Any
-
-    def get(self, key: str) -> _Field:
-        if not isinstance(self.value, dict) or key not in self.value:
-            raise self.wrong(f"field {key!r} is missing")
-        return _Field(self.path, f"{self.name}.{key}".lstrip("."), self.value[key])
-
-    def optional(self, key: str) -> Any:
-        return self.value.get(key) if isinstance(self.value, dict) else None
-
-    def __iter__(self) -> Any:
-        if not isinstance(self.value, dict):
-            raise self.wrong("wanted an object")
-        return iter(
-            (str(key), _Field(self.path, f"{self.name}.{key}".lstrip("."), value))
-            for key, value in self.value.items()
-        )
-
-    def items(self) -> list[_Field]:
-        if not isinstance(self.value, list):
-            raise self.wrong("wanted a list")
-        return [
-            _Field(self.path, f"{self.name}[{index}]", item)
-            for index, item in enumerate(self.value)
-        ]
-
-    def number(self) -> float:
-        if isinstance(self.value, bool) or not isinstance(self.value, int | float):
-            raise self.wrong(f"{self.value!r}, wanted a number")
-        return float(self.value)
-
-    def text(self) -> str:
-        if not isinstance(self.value, str):
-            raise self.wrong(f"{self.value!r}, wanted text")
-        return self.value
-
-    def array(self, *shape: int) -> NDArray[np.float64]:
-        try:
-            values = np.array(self.value, dtype=np.float64)
-        except (TypeError, ValueError):
-            values = np.empty(0)
-        if values.shape != shape or not np.isfinite(values).all():
-            raise self.wrong(f"wanted {' × '.join(map(str, shape))} finite numbers")
-        return values
-
-    def pose(self) -> Pose:
-        try:
-            return Pose.from_matrix(self.array(4, 4))
-        except ValueError as error:
-            raise self.wrong(str(error)) from None
-
-    def wrong(self, what: str) -> ValueError:
-        return ValueError(f"{self.path}: {self.name or 'the file'}: {what}")
-
-
-def _read(path: Path) -> _Field:
-    try:
-        return _Field(path, "", json.loads(_existing(path).read_text(encoding="utf-8-sig")))
-    except json.JSONDecodeError as error:
-        raise ValueError(f"{path}: no JSON ({error})") from None
-
-
-def _existing(path: Path) -> Path:
-    if not path.is_file():
-        raise ValueError(f"{path}: there is no such file; docs/datasets.md says what is wanted")
-    return path
-
-
-def _pinhole(camera: _Field) -> Pinhole:
+def _pinhole(camera: Field) -> Pinhole:
     width, height = (int(camera.get(side).number()) for side in ("width", "height"))
     fx, fy, cx, cy = (camera.get(name).number() for name in ("fx", "fy", "cx", "cy"))
     return Pinhole(width, height, fx, fy, cx, cy)
 
 
-def _object(folder: Path, name: str, item: _Field) -> DatasetObject:
+def _object(folder: Path, name: str, item: Field) -> DatasetObject:
     low, high = item.get("box_min").array(3), item.get("box_max").array(3)
     return DatasetObject(
         object_id=name,
         kind=item.get("type").text(),
-        mesh=_existing(folder / item.get("mesh").text()),
+        mesh=existing(folder / item.get("mesh").text()),
         box_m=high - low,
         world_from_object=item.get("world_from_object").pose(),
         symmetry=_symmetry(item),
     )
 
 
-def _symmetry(item: _Field) -> int:
+def _symmetry(item: Field) -> int:
     """The number of like yaws: given as one, or in words ("repeat every 120 deg").
 
     Raises:
@@ -361,7 +282,7 @@ def _symmetry(item: _Field) -> int:
     raise item.get("symmetry").wrong(f"{given!r}, wanted a number or 'every N deg'")
 
 
-def _still_set(folder: Path, name: str, truth: _Field) -> StillSet:
+def _still_set(folder: Path, name: str, truth: Field) -> StillSet:
     camera = truth.get("camera")
     lens = Fisheye(
         width_px=int(camera.get("width").number()),
@@ -381,7 +302,7 @@ def _still_set(folder: Path, name: str, truth: _Field) -> StillSet:
         stills.append(
             Still(
                 name=frame.get("name").text(),
-                picture=_existing(file),
+                picture=existing(file),
                 labels=file.parent.with_name("masks") / f"{file.stem}.png",
                 t_ns=t_ns,
                 world_from_object={
@@ -401,7 +322,7 @@ def _still_set(folder: Path, name: str, truth: _Field) -> StillSet:
     return StillSet(name, lens, truth.get("world_from_camera").pose(), moving, tuple(stills))
 
 
-def _visibility(value: _Field) -> Visibility:
+def _visibility(value: Field) -> Visibility:
     box = value.optional("box_unoccluded")
     width = 0.0 if box is None else float(box[2] - box[0])
     return Visibility(value.get("fraction").number(), width)

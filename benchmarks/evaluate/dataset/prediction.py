@@ -16,7 +16,7 @@ from studio.console.rows import Row, at_most
 
 PREFIX = "twin.rehearsed_vs_measured"
 FACTOR_BAR = 2.0
-LEAST_CM, LEAST_DEG = 0.01, 0.01
+MIN_CM, MIN_DEG = 0.01, 0.01
 """Errors below these are the same: nobody sees a tenth of a millimetre."""
 
 
@@ -34,8 +34,8 @@ def prediction_rows(
     found_right = [a for a in found if is_right(a)]
     rows: list[Row] = []
     for name, mean, least in (
-        ("world", mean_world_cm, LEAST_CM),
-        ("yaw", mean_yaw_deg, LEAST_DEG),
+        ("world", mean_world_cm, MIN_CM),
+        ("yaw", mean_yaw_deg, MIN_DEG),
     ):
         unit = "cm" if name == "world" else "deg"
         a, b = mean(foretold_right), mean(found_right)

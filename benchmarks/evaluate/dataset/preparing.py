@@ -14,8 +14,8 @@ import trimesh
 from numpy.typing import NDArray
 
 from benchmarks.evaluate.cutouts import (
-    LEAST_SHARE,
-    LEAST_TURN_RAD,
+    MIN_SHARE,
+    MIN_TURN_RAD,
     PADDING_PX,
     VIEWS,
     overlap,
@@ -289,7 +289,7 @@ def _marked(item: DatasetObject, dataset: Dataset, views: tuple[View, ...]) -> l
     ranked = []
     for view in views:
         seen = dataset.photo_visible.get(view.name, {}).get(item.object_id)
-        if seen is None or seen.fraction < LEAST_SHARE or not isinstance(view.camera, Pinhole):
+        if seen is None or seen.fraction < MIN_SHARE or not isinstance(view.camera, Pinhole):
             continue
         box = _box(dataset, view, item.object_id)
         if box is None:
@@ -301,14 +301,14 @@ def _marked(item: DatasetObject, dataset: Dataset, views: tuple[View, ...]) -> l
     chosen: list[tuple[float, PromptedView]] = []
     for _, turn, view, box in ranked:
         apart = [abs((turn - other + np.pi) % (2 * np.pi) - np.pi) for other, _ in chosen]
-        if len(chosen) < VIEWS and all(angle > LEAST_TURN_RAD for angle in apart):
+        if len(chosen) < VIEWS and all(angle > MIN_TURN_RAD for angle in apart):
             prompt = Prompt(box_px=box)
             marked = PromptedView(
                 view.name, view.camera, view.world_from_camera, prompt, read_picture(view)
             )
             chosen.append((turn, marked))
     if not chosen:
-        raise ValueError(f"no photo shows {LEAST_SHARE:.0%} of {item.object_id} or more")
+        raise ValueError(f"no photo shows {MIN_SHARE:.0%} of {item.object_id} or more")
     return [marked for _, marked in chosen]
 
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from benchmarks.evaluate.answers import (
-    LEAST_VISIBLE,
+    MIN_VISIBLE,
     REST_BAR_CM,
     Answer,
     calibration_error,
@@ -80,7 +80,7 @@ def _still_rows(session: str, asked: Sequence[Answer]) -> list[Row]:
 
 def _sequence_rows(asked: Sequence[Answer]) -> list[Row]:
     """Of the objects that move in it, where they are seen: frames lost, and the error."""
-    seen = [answer for answer in asked if answer.seen.fraction >= LEAST_VISIBLE]
+    seen = [answer for answer in asked if answer.seen.fraction >= MIN_VISIBLE]
     lost = sum(answer.state in (None, TrackState.LOST) for answer in seen)
     return [
         at_most("dataset.sequence.lost_frames", float(lost), "", bar=3.0),

@@ -43,7 +43,7 @@ TILT_RAD = math.radians(10.0)
 LENS_ERROR = 0.01
 """Largest share by which the focal length that is known of the lenses is wrong."""
 
-MOST_PEOPLE = 2
+MAX_PEOPLE = 2
 """People in view, none to so many."""
 
 PERSON_CLEAR_M = 0.7
@@ -183,7 +183,7 @@ def _people(
     """People who stand about, clear of the camera and of what never moves."""
     low, high = np.asarray(room.footprint_m, dtype=np.float64)
     placements: dict[str, Placement] = {}
-    wanted = int(rng.integers(MOST_PEOPLE + 1))
+    wanted = int(rng.integers(MAX_PEOPLE + 1))
     for _ in range(TRIES):
         if len(placements) == wanted:
             break

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from benchmarks.evaluate.answers import (
-    LEAST_VISIBLE,
+    MIN_VISIBLE,
     REST_BAR_CM,
     Answer,
     calibration_error,
@@ -79,7 +79,7 @@ def _sequence_rows(method: str, rooms: Sequence[TrackedRoom]) -> list[Row]:
             if judged.answer.session == SEQUENCE
             and judged.answer.object_id in room.moving
             and judged.answer.is_moved
-            and judged.answer.seen.fraction >= LEAST_VISIBLE
+            and judged.answer.seen.fraction >= MIN_VISIBLE
         ]
     lost = sum(answer.state in (None, TrackState.LOST) for answer in seen)
     right = 100.0 * sum(map(is_right, seen)) / max(len(seen), 1)

@@ -37,7 +37,7 @@ PLACES = 2
 RIGHT_DEG, RIGHT_CM = 1.0, 5.0
 """A pose is right within these."""
 
-LEAST_LOCATED_PERCENT = 95.0
+MIN_LOCATED_PERCENT = 95.0
 LONGEST_S = 30.0
 """Bars: how many poses are right and trusted, and how long that takes at most, the map included."""
 
@@ -78,7 +78,7 @@ def located(asked: Asked) -> Iterator[Row]:
             errors.append((degrees, centimetres))
     asked.progress.finish(f"{sum(right)} of {len(right)} places found")
     yield at_least(
-        "live.located_percent", 100.0 * float(np.mean(right)), "%", bar=LEAST_LOCATED_PERCENT
+        "live.located_percent", 100.0 * float(np.mean(right)), "%", bar=MIN_LOCATED_PERCENT
     )
     yield at_most("live.located.wrong_trusted", wrong_trusted, "", bar=0.0)
     yield Row("live.located.seconds.p50", float(np.median(seconds)), "s")

@@ -42,7 +42,7 @@ FIELD_RAD = 2.0 * math.atan(1.25 / DISTANCE)
 CONTOUR_POINTS = 400
 SMOOTH_PX = 3.0
 OPAQUE = 0.9
-LEAST_FACING = 0.3
+MIN_FACING = 0.3
 FAR_M = 0.05
 """What is drawn farther than this from what is there shows another part of it."""
 
@@ -199,5 +199,5 @@ def _surface_off(truth: RayScene, eye: Points, surface: Points) -> Points:
     hits = truth.cast(np.broadcast_to(eye, sight.shape), sight)
     facing = np.abs(np.einsum("ni,ni->n", hits.normals, sight))
     off_m = np.where(hits.triangle >= 0, hits.distance - range_m, np.inf)
-    off_m *= np.maximum(facing, LEAST_FACING)
-    return off_m[(np.abs(off_m) < FAR_M) & (facing > LEAST_FACING)]
+    off_m *= np.maximum(facing, MIN_FACING)
+    return off_m[(np.abs(off_m) < FAR_M) & (facing > MIN_FACING)]

@@ -60,7 +60,7 @@ ECC_BLUR_PX = 5
 ECC_ROUNDS = 3
 """What one registration leaves of a shift, for the pictures' borders, the next one finds."""
 
-LEAST_CORRELATION = 0.8
+MIN_CORRELATION = 0.8
 """A registration that fits worse has not found the picture."""
 
 
@@ -189,7 +189,7 @@ def registered_corners(
 
     By the affine map under which the two correlate best (ECC): a camera pose that is a little off
     does no more, and a homography's corners would swing where a painting is plain. NaN where the
-    correlation of the two is below `LEAST_CORRELATION`.
+    correlation of the two is below `MIN_CORRELATION`.
     """
     greys = [cv2.cvtColor(p, cv2.COLOR_RGB2GRAY) for p in (painting, picture)]
     height, width = painting.shape[:2]
@@ -209,7 +209,7 @@ def registered_corners(
         except cv2.error:
             return np.full((4, 2), np.nan)
         total = total @ np.vstack([np.asarray(still, dtype=np.float64), [0.0, 0.0, 1.0]])
-    if correlation < LEAST_CORRELATION:
+    if correlation < MIN_CORRELATION:
         return np.full((4, 2), np.nan)
     corners = np.array([[0, 0], [width, 0], [width, height], [0, height]], np.float64)
     # OpenCV counts from the middle of the first pixel.

@@ -33,7 +33,7 @@ from sim.wire.rtsp.server import RtspServer, RtspStream
 STREAMS = 1000
 """Hostile peers that each client and each simulated camera meets."""
 
-MOST_BYTES = 48 << 20
+MAX_BYTES = 48 << 20
 """Memory, bytes, that may be taken at any moment: a few packets of the largest size."""
 
 LIMITS = PreviewLimits(connect_s=2.0, reply_s=2.0, packet_s=2.0, picture_s=2.0)
@@ -121,7 +121,7 @@ def test_hostile_cameras_against_the_preview_client(memory):
     peer.close()
     assert (ended, served) == (STREAMS, STREAMS)
     assert pictures > 0, "some of them behave for a while"
-    assert memory() < MOST_BYTES
+    assert memory() < MAX_BYTES
 
 
 def test_hostile_cameras_against_the_http_client(memory):
@@ -137,7 +137,7 @@ def test_hostile_cameras_against_the_http_client(memory):
     peer.close()
     assert read + refused == STREAMS
     assert read > 0
-    assert memory() < MOST_BYTES
+    assert memory() < MAX_BYTES
 
 
 def test_hostile_apps_against_the_simulated_preview(memory):
@@ -153,7 +153,7 @@ def test_hostile_apps_against_the_simulated_preview(memory):
     assert server.connections == STREAMS + 1
     assert threading.active_count() <= threads + 2
     server.close()
-    assert memory() < MOST_BYTES
+    assert memory() < MAX_BYTES
 
 
 def test_hostile_apps_against_the_simulated_http_interface(memory):
@@ -167,7 +167,7 @@ def test_hostile_apps_against_the_simulated_http_interface(memory):
     assert attack(server.address, valid, STREAMS) > 0
     assert OscClient(*server.address, clock=ManualClock()).info().serial == "IXSE42"
     server.close()
-    assert memory() < MOST_BYTES
+    assert memory() < MAX_BYTES
 
 
 class Still:
@@ -194,7 +194,7 @@ def test_hostile_players_against_the_rtsp_server(memory):
     assert server.connections == STREAMS + 1
     server.close()
     assert threading.active_count() < threads
-    assert memory() < MOST_BYTES
+    assert memory() < MAX_BYTES
 
 
 def test_hostile_servers_against_what_pushes(memory):
@@ -214,7 +214,7 @@ def test_hostile_servers_against_what_pushes(memory):
     peer.close()
     assert served == STREAMS
     assert refused > STREAMS // 2
-    assert memory() < MOST_BYTES
+    assert memory() < MAX_BYTES
 
 
 def test_small_pieces_are_no_way_to_much_memory():
