@@ -57,17 +57,6 @@ class EncodedFrame:
     begins: bool = False
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class PoseSample:
-    """A tracked head, hand or marker: `world_from_body` of `body_id` at `t_ns`."""
-
-    stream_id: str
-    body_id: str
-    seq: int
-    t_ns: int
-    world_from_body: Pose
-
-
 @dataclass(frozen=True, slots=True)
 class Event:
     """An event of the session: when it happened, to whom, which kind, and in words."""

@@ -416,7 +416,7 @@ class ComparisonTerms(TypedDict):
     occluded: float
 
 class PoseLikelihood:
-    """How far a window speaks for poses; the twin is `tracking.likelihood.numpy_twin`."""
+    """How far a window speaks for poses; the twin is `tests.twins.likelihood`."""
 
     def __init__(self, constants: Mapping[str, object]) -> None: ...
     def support(

@@ -1,4 +1,4 @@
-"""The built-in rooms: scans that come with the program, made by `studio/verbs/scan_built_in.py`."""
+"""The built-in rooms: scans that come with the program, made by `benchmarks/scan_built_in.py`."""
 
 from __future__ import annotations
 

@@ -15,31 +15,19 @@ import signal
 import sys
 import threading
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import NoReturn
 
 from studio.console.machine import program_version
+from studio.verbs.verb import Verb
 
 EXIT_DONE, EXIT_FAILED, EXIT_USAGE, EXIT_INPUT, EXIT_CANCELLED = 0, 1, 2, 3, 130
 TRACEBACK_VARIABLE = "NEXUS_TRACEBACK"
 
+MEASURING = "benchmarks.verbs.table"
+"""Module with more verbs, those that measure; a checkout has it, the installed package does not."""
 
-@dataclass(frozen=True, slots=True)
-class Verb:
-    """One verb of the command line.
-
-    Attributes:
-        name: words after `nexus`, such as "bench raster".
-        module: has `add_arguments(parser)` and `run(args) -> int`; imported when the verb is used.
-        summary: one line for the list of verbs.
-        example: a command that works.
-    """
-
-    name: str
-    module: str
-    summary: str
-    example: str
-
+MEASURING_WORDS = ("bench", "evaluate")
+"""First words of those."""
 
 VERBS = (
     Verb(
@@ -92,24 +80,6 @@ VERBS = (
         "nexus convert room.ply room.spz",
     ),
     Verb(
-        "evaluate preparation",
-        "studio.verbs.evaluate_preparation",
-        "film a built-in room, prepare it and hold the result against the truth",
-        "nexus evaluate preparation lab --json",
-    ),
-    Verb(
-        "evaluate dataset",
-        "studio.verbs.evaluate_dataset",
-        "take a folder of photos and 360° pictures with exact truth through prepare, cut and track",
-        "nexus evaluate dataset room_c --out out/room_c",
-    ),
-    Verb(
-        "evaluate twin",
-        "studio.verbs.evaluate_twin",
-        "rehearse a dataset's courses in its own scan, and compare with what was measured there",
-        "nexus evaluate twin room_c --out out/room_c",
-    ),
-    Verb(
         "simulate dataset",
         "studio.verbs.simulate_dataset",
         "write a scenario's 360° pictures with exact truth per frame, for other people's trackers",
@@ -122,22 +92,10 @@ VERBS = (
         "nexus simulate camera lab --push rtmp://127.0.0.1:1935/live/room",
     ),
     Verb(
-        "evaluate random-rooms",
-        "studio.verbs.evaluate_random_rooms",
-        "track objects of many kinds in rooms by seed, and say where it fails",
-        "nexus evaluate random-rooms --seeds 100-107",
-    ),
-    Verb(
         "track",
         "studio.verbs.track",
         "follow a scene's objects in recorded footage and write their poses",
         "nexus track lab session.mp4 --camera camera.json --out tracks.json",
-    ),
-    Verb(
-        "evaluate",
-        "studio.verbs.evaluate",
-        "hold the tracker against the truth, with the paper's method on the same frames",
-        "nexus evaluate room --method paper --seeds 5 --plot",
     ),
     Verb(
         "cut",
@@ -152,42 +110,23 @@ VERBS = (
         "nexus gallery room.gnx --out docs/pictures/gallery",
     ),
     Verb(
-        "bench raster",
-        "studio.bench.raster",
-        "measure the splat renderer",
-        "nexus bench raster --json",
-    ),
-    Verb(
-        "bench studio",
-        "studio.verbs.bench_studio",
-        "measure the window: opening, drawing, answering, seeking, what a kill costs",
-        "nexus bench studio --json",
-    ),
-    Verb(
-        "bench physics",
-        "studio.bench.physics",
-        "measure the physics of a scanned room",
-        "nexus bench physics --quick",
-    ),
-    Verb(
-        "bench twin",
-        "studio.bench.twin",
-        "measure the digital twin: its camera, its physics, its forks",
-        "nexus bench twin --json",
-    ),
-    Verb(
-        "bench files",
-        "studio.bench.files",
-        "try small files as people bring them, and count those that come out right",
-        "nexus bench files --json",
-    ),
-    Verb(
         "doctor",
         "studio.verbs.doctor",
         "say what is installed, missing, and what to do",
         "nexus doctor",
     ),
 )
+
+
+def all_verbs() -> tuple[Verb, ...]:
+    """Return the verbs that there are: the studio's own and, in a checkout, those that measure."""
+    try:
+        table = importlib.import_module(MEASURING)
+    except ModuleNotFoundError as missing:
+        if not f"{MEASURING}.".startswith(f"{missing.name}."):
+            raise
+        return VERBS
+    return (*VERBS, *table.VERBS)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -252,16 +191,24 @@ def _dispatch(words: list[str]) -> int:
 
 
 def _find_verb(words: list[str]) -> tuple[Verb, list[str]]:
-    for verb in VERBS:
+    verbs = all_verbs()
+    for verb in verbs:
         parts = verb.name.split()
         if words[: len(parts)] == parts:
             return verb, words[len(parts) :]
-    below = [verb.name for verb in VERBS if verb.name.split()[0] == words[0]]
+    below = [verb.name for verb in verbs if verb.name.split()[0] == words[0]]
     if below and (len(words) == 1 or words[1] in ("-h", "--help")):
         print("\n".join(f"nexus {name}" for name in below))
         raise SystemExit(EXIT_DONE if len(words) > 1 else EXIT_USAGE)
+    if words[0] in MEASURING_WORDS and not below:
+        print(
+            f"nexus: 'nexus {words[0]}' is not part of the installed package; "
+            f"run './nexus {words[0]}' in a checkout of the source",
+            file=sys.stderr,
+        )
+        raise SystemExit(EXIT_USAGE)
     asked = " ".join(words[:2]) if below else words[0]
-    names = [verb.name for verb in VERBS]
+    names = [verb.name for verb in verbs]
     close = difflib.get_close_matches(asked, names, n=1, cutoff=0.6)
     hint = f"did you mean 'nexus {close[0]}'?" if close else "'nexus --help' lists the verbs"
     what = "flag" if asked.startswith("-") else "verb"
@@ -270,8 +217,9 @@ def _find_verb(words: list[str]) -> tuple[Verb, list[str]]:
 
 
 def _overview() -> str:
-    width = max(len(verb.name) for verb in VERBS)
-    lines = [f"  {verb.name:<{width}}  {verb.summary}" for verb in VERBS]
+    verbs = all_verbs()
+    width = max(len(verb.name) for verb in verbs)
+    lines = [f"  {verb.name:<{width}}  {verb.summary}" for verb in verbs]
     return "\n".join(
         [
             "usage: nexus VERB [arguments]",

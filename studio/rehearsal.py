@@ -14,7 +14,7 @@ from devices.session_info import SessionInfo
 from scenes.render.native import NativeRenderer
 from studio.console.progress import Progress
 from studio.console.rows import Row, as_json, at_most
-from studio.evaluate.filmed.perfect_detector import PerfectDetector
+from studio.evaluate.perfect_detector import PerfectDetector
 from studio.evaluate.scores import ScoreBoard, accuracy_rows
 from studio.reports.film import FilmMaker, FilmTitle, Picture, film_frame
 from studio.reports.film_file import FilmFile, FilmThread

@@ -7,7 +7,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "architecture.md"
-PACKAGES = ("scenes", "native/src", "devices", "sim", "tracking", "studio")
+PACKAGES = ("scenes", "native/src", "devices", "sim", "tracking", "studio", "benchmarks")
 SOURCES = {".py", ".rs", ".toml", ".html"}
 NOT_ROOMS = {"scenes/samples/data", "scenes/samples/scans"}
 """Folders of data: light maps and scans."""

@@ -1,13 +1,22 @@
-"""scenes, devices, sim, tracking are checked strictly, but for a list that only shrinks."""
+"""The floors below the studio are checked strictly, but for a list that only shrinks."""
 
 import tomllib
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-STRICT = ("scenes", "devices", "sim", "tracking")
+STRICT = (
+    "scenes",
+    "devices",
+    "sim",
+    "tracking",
+    "benchmarks/bake",
+    "benchmarks/random_rooms",
+    "benchmarks/raster/reference",
+    "benchmarks/wire",
+)
 EXCEPTIONS = Path(__file__).with_name("strict_exceptions.txt")
 MARK = "# pyright: standard"
-MOST = 102
+MOST = 100
 """Files on the list when it was made. Lower this with every file that leaves it; never raise it."""
 
 

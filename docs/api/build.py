@@ -35,7 +35,7 @@ from pygments.lexers import get_lexer_by_name
 from pygments.util import ClassNotFound
 
 ROOT = Path(__file__).resolve().parents[2]
-PACKAGES = ("scenes", "devices", "sim", "tracking", "studio")
+PACKAGES = ("scenes", "devices", "sim", "tracking", "studio", "benchmarks")
 EXAMPLES = "examples"
 FIRST_PAGES = ("README.md", "docs/architecture.md", "docs/conventions.md", "docs/glossary.md")
 LAST_PAGES = ("CONTRIBUTING.md", "CHANGELOG.md")

@@ -1,4 +1,4 @@
-//! Splat rendering kernels behind `scenes._native`; `scenes/render/reference/` is their oracle.
+//! Splat rendering kernels behind `scenes._native`; `benchmarks/raster/reference/` is their oracle.
 //!
 //! The modules are listed in order of dependency: each imports only from those listed before it;
 //! `tests/module_order.rs` checks that.

@@ -172,7 +172,7 @@ class NativeRenderer:
         world_from_camera: Pose,
         options: RenderOptions,
     ) -> Probe:
-        """The part of `scenes.render.stages.stages_of` that is native."""
+        """The part of `benchmarks.raster.stages.stages_of` that is native."""
         _, tape = self.record(objects, camera, world_from_camera, options)
         return self._probe(tape)
 
@@ -261,7 +261,7 @@ class NativeRenderer:
     def still_picture(
         self, camera: Pinhole | Fisheye, options: RenderOptions
     ) -> _native.StillPicture:
-        """An empty picture for `update_still`; `scenes.render.incremental` is the way to use it."""
+        """An empty picture for `update_still`, which `benchmarks.raster.incremental` uses."""
         check_view(camera, options)
         return self._still(lens=lens_of(camera), draw=draw_of(options))
 

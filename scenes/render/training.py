@@ -1,7 +1,6 @@
 """Training steps of splats, in the native crate: draw, compare with a photo, go back, move.
 
-What a step does is spelt out in numpy in `scenes.prepare.train.optimiser.reference_step`; tests
-hold the two together.
+What a step does is spelt out in numpy in `tests.twins.training_step`; tests hold the two together.
 """
 
 from __future__ import annotations

@@ -41,7 +41,7 @@ def load_light(path: Path, texels: Texels) -> Float32Array:
     Raises:
         ValueError: it was traced for a room of another shape, or never.
     """
-    remedy = f"run: python -m scenes.samples.trace_light {path.stem}"
+    remedy = f"run: python -m benchmarks.trace_light {path.stem}"
     if not path.exists():
         raise ValueError(f"{path}: no light was traced for this room; {remedy}")
     with np.load(path, allow_pickle=False) as arrays:

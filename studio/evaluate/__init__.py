@@ -1,1 +1,1 @@
-"""Accuracy against the truth, one file a table."""
+"""Tracks and preparations against the truth: errors, scores, verdicts."""

@@ -15,7 +15,6 @@ import numpy as np
 from devices.camera.receiver import HELD_AFTER_NS
 from scenes.workers.task import Task
 from sim.camera.camera360 import default_rig
-from sim.wire.fuzz import FuzzError, fuzz, targets
 from sim.wire.streaming.truth_file import TruthRow, read_truth
 from studio.console.rows import Row, at_most
 from studio.live.against_truth import (
@@ -52,9 +51,6 @@ KEPT = 9_000
 
 MAX_RETURNS = 200
 """Pictures beside gaps that are kept, for the returns of a long session: one gap is planned."""
-
-FUZZED = 500
-"""Hostile inputs a parser at the end of a session; a million each is a command of its own."""
 
 RSS_BAR_PERCENT = 2.0
 """Growth of memory over a session, percent: the product's promise for an hour."""
@@ -185,7 +181,6 @@ class RehearsedLive:
         rows += self._placing_rows(result, truth)
         rows.append(object_row(pairs))
         rows.append(self._memory_row())
-        rows.append(_fuzz_row())
         return rows
 
     def _placing_rows(self, result: LiveResult, truth: list[TruthRow]) -> list[Row]:
@@ -274,14 +269,3 @@ def _children() -> list[str]:
         with suppress(OSError):  # a thread may have ended
             found += each.read_text(encoding="ascii").split()
     return found
-
-
-def _fuzz_row() -> Row:
-    """Hostile inputs to every parser that a camera reaches; a defect is counted."""
-    crashes = 0
-    for name in targets():
-        try:
-            fuzz(name, FUZZED)
-        except FuzzError:
-            crashes += 1
-    return at_most("live.fuzz.crashes", crashes, "", bar=0)

@@ -23,7 +23,7 @@ from scenes.render.renderer import PosedSplats, RenderOptions
 from studio.console.machine import describe_machine
 from studio.console.rows import Row
 from studio.evaluate.figures import INK, as_svg, figure_style
-from studio.evaluate.prepared.verdict import verdict_of
+from studio.evaluate.verdict import verdict_of
 from studio.reports.page import embedded_jpeg, page
 
 Picture = NDArray[np.uint8]

@@ -14,7 +14,7 @@ import numpy as np
 from devices.recording_codec import RecordedTruth
 from scenes.pose import Pose
 from scenes.state import TrackState
-from studio.evaluate.filmed.perfect_detector import PerfectDetector
+from studio.evaluate.perfect_detector import PerfectDetector
 from studio.evaluate.samples import Sample
 from studio.evaluate.scores import ScoreBoard
 from studio.session.opening import open_session

@@ -10,8 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
 from studio.console.rows import Row, as_json, as_table, at_most, exit_code
-from studio.evaluate.prepared.outcome import OUTCOME, outcome_of
-from studio.evaluate.prepared.verdict import preview_min, verdict_of
+from studio.evaluate.verdict import OUTCOME, outcome_of, preview_min, verdict_of
 from studio.verbs.scale_flags import add_object_flags, add_scale_flags, known_length, known_object
 
 if TYPE_CHECKING:

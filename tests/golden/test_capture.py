@@ -14,6 +14,7 @@ import cv2
 import numpy as np
 import pytest
 
+from benchmarks.evaluate.cutouts import score_cutouts
 from scenes.cameras import Pinhole
 from scenes.frames import look_at
 from scenes.mesh import PhysicalObject, PhysicalRoom, TexturedMesh
@@ -25,7 +26,6 @@ from scenes.prepare.train.train import BuiltInTrainer
 from scenes.prepare.train.trainer import TrainingOptions
 from scenes.render.native import NativeRenderer
 from studio.console.progress import Progress
-from studio.evaluate.prepared.cutouts import score_cutouts
 from tests.conftest import raycast_picture
 
 WANTED = tomllib.loads((Path(__file__).parent / "ceilings.toml").read_text(encoding="utf-8"))

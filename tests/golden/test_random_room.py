@@ -13,19 +13,19 @@ from pathlib import Path
 
 import pytest
 
-from scenes.samples.random_rooms.room import random_room
-from studio.evaluate.answers import (
+from benchmarks.evaluate.answers import (
     REST_BAR_CM,
     is_asked,
     is_right,
     is_unflagged,
     rest_moved_cm,
 )
-from studio.evaluate.filmed.takes import TakeCache
-from studio.evaluate.random_rooms.filming import RoomFilm
-from studio.evaluate.random_rooms.scanning import scan_of
-from studio.evaluate.random_rooms.staging import staged
-from studio.evaluate.random_rooms.tracking import CameraError, RoomTrial
+from benchmarks.evaluate.filmed.takes import TakeCache
+from benchmarks.evaluate.random_rooms.filming import RoomFilm
+from benchmarks.evaluate.random_rooms.scanning import scan_of
+from benchmarks.evaluate.random_rooms.staging import staged
+from benchmarks.evaluate.random_rooms.tracking import CameraError, RoomTrial
+from benchmarks.random_rooms.room import random_room
 from studio.session.trackers.methods import make_method
 
 CEILINGS = tomllib.loads((Path(__file__).parent / "ceilings.toml").read_text(encoding="utf-8"))

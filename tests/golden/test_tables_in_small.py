@@ -10,11 +10,11 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks.evaluate.filmed.asked import Asked
+from benchmarks.evaluate.filmed.conditions import Conditions
+from benchmarks.evaluate.filmed.takes import TakeCache
+from benchmarks.evaluate.tables import occlusion, recover
 from studio.console.progress import Progress
-from studio.evaluate.filmed.asked import Asked
-from studio.evaluate.filmed.conditions import Conditions
-from studio.evaluate.filmed.takes import TakeCache
-from studio.evaluate.tables import occlusion, recover
 
 CEILINGS = tomllib.loads((Path(__file__).parent / "ceilings.toml").read_text(encoding="utf-8"))
 HIDDEN, MOVED = CEILINGS["occlusion"], CEILINGS["recover"]

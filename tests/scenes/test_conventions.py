@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-PACKAGES = ("scenes", "devices", "sim", "tracking", "studio")
+PACKAGES = ("scenes", "devices", "sim", "tracking", "studio", "benchmarks")
 SOURCES = sorted(p for package in PACKAGES for p in (ROOT / package).rglob("*.py"))
 POSE_NAME = re.compile(r"\w+_from_\w+", re.IGNORECASE)
 # The algebra of poses itself has no frames to name: composing, comparing, filtering.

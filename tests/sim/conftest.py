@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.twin.scan_like import block, scan_like
 from scenes.frames import look_at
 from scenes.mesh import BoxPart, CollisionMesh, PhysicalObject, PhysicalRoom, TexturedMesh
 from scenes.pose import Pose
-from sim.physics.scanned.scan_like import block, scan_like
 
 RIG_POSITION = np.array([0.0, -0.5, 1.2])
 TABLE_TOP_M = 0.72

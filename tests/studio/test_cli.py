@@ -6,7 +6,7 @@ import time
 import pytest
 
 from studio import cli
-from studio.cli import VERBS, main
+from studio.cli import VERBS, all_verbs, main
 from studio.verbs import rehearse
 
 pytestmark = pytest.mark.usefixtures("no_display", "no_traceback")
@@ -22,12 +22,12 @@ def one_line(capsys):
 def test_help_lists_every_verb_and_the_exit_codes(capsys):
     assert main(["--help"]) == 0
     out = capsys.readouterr().out
-    for verb in VERBS:
+    for verb in all_verbs():
         assert f"  {verb.name} " in out
     assert "3 bad input file" in out
 
 
-@pytest.mark.parametrize("verb", VERBS, ids=lambda verb: verb.name)
+@pytest.mark.parametrize("verb", all_verbs(), ids=lambda verb: verb.name)
 def test_every_verb_has_help_with_an_example(verb, capsys):
     assert main([*verb.name.split(), "--help"]) == 0
     out = capsys.readouterr().out
@@ -59,6 +59,24 @@ def test_usage_errors_are_one_line_with_a_hint(words, said, capsys):
     err, out = one_line(capsys)
     assert said in err
     assert out == ""
+
+
+@pytest.mark.parametrize("word", cli.MEASURING_WORDS)
+def test_the_installed_package_says_where_verbs_that_measure_are(word, monkeypatch, capsys):
+    monkeypatch.setattr(cli, "MEASURING", "no_benchmarks_here.verbs.table")
+    assert all_verbs() == VERBS
+    assert main([word, "--json"]) == 2
+    err, out = one_line(capsys)
+    assert f"run './nexus {word}' in a checkout of the source" in err
+    assert out == ""
+
+
+def test_a_module_that_verbs_that_measure_lack_is_not_hidden(monkeypatch, tmp_path):
+    (tmp_path / "measuring.py").write_text("import no_such_module\n")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.setattr(cli, "MEASURING", "measuring")
+    with pytest.raises(ModuleNotFoundError, match="no_such_module"):
+        all_verbs()
 
 
 def test_flags_are_not_abbreviated(capsys):

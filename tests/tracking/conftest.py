@@ -9,11 +9,11 @@ import cv2
 import numpy as np
 import pytest
 
+from benchmarks.bake.bake import ScanImperfections, bake
 from devices.messages import Frame
 from scenes.cameras import Fisheye, Rig
 from scenes.opening import open_scene
 from scenes.pose import Pose
-from scenes.prepare.bake.bake import ScanImperfections, bake
 from scenes.render.native import NativeRenderer
 from scenes.samples import sample_room
 from tests.conftest import raycast_picture

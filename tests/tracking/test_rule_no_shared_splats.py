@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-DRAWS_SPLATS = ("scenes.render", "scenes._native", "scenes.prepare.bake.bake")
+DRAWS_SPLATS = ("scenes.render", "scenes._native", "benchmarks.bake.bake")
 
 
 def imports_of(file):
@@ -96,10 +96,10 @@ def test_the_tracker_never_reads_what_stands_for_the_real_room():
 
 
 def test_only_the_simulator_and_the_preparation_read_it():
-    allowed = {"scenes/package", "scenes/prepare", "sim/reality", "studio"}
+    allowed = {"scenes/package", "scenes/prepare", "sim/reality", "studio", "benchmarks"}
     readers = [
         file.relative_to(ROOT).as_posix()
-        for floor in ("scenes", "devices", "sim", "tracking", "studio")
+        for floor in ("scenes", "devices", "sim", "tracking", "studio", "benchmarks")
         for file in sorted((ROOT / floor).rglob("*.py"))
         if any(m.startswith("scenes.package.reality") for m in imports_of(file))
     ]

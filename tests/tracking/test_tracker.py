@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 import tracking.tracker
+from benchmarks.bake.bake import bake
 from devices.messages import Frame
 from scenes.cameras import Fisheye, Rig
 from scenes.frames import FRONT_FROM_BACK_LENS, look_at
 from scenes.mesh import PhysicalRoom
 from scenes.pose import Pose, rotation_angle, rotation_from_vector
-from scenes.prepare.bake.bake import bake
 from scenes.render.native import NativeRenderer
 from scenes.render.renderer import PosedSplats
 from scenes.samples import sample_room

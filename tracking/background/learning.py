@@ -56,7 +56,7 @@ ROUGH_SIDE = 1 / 24
 """Surroundings over which the roughness of pixels not yet learned is estimated."""
 
 LEARNER = RoomLearner(LEARNING.for_native())
-"""Native learner; `tracking.solve.numpy_twin.learned_rows` is its numpy twin."""
+"""Native learner; `tests.twins.solver.learned_rows` is its numpy twin."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -48,7 +48,7 @@ SHARED_M = 0.03
 """Side, m on the object, of the patch that shares one error of its scan: colours, light, shape."""
 
 LIKELIHOOD = PoseLikelihood(for_native())
-"""Native likelihood; `tracking.likelihood.numpy_twin.support_of` is its numpy twin."""
+"""Native likelihood; `tests.twins.likelihood.support_of` is its numpy twin."""
 
 
 def pose_support(

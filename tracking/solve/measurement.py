@@ -1,6 +1,6 @@
 """Measurements of a pose in one window, and the native solver's results.
 
-`tracking.solve.numpy_twin` is the readable twin of `refined`, `tracking.likelihood.contour_support`
+`tests.twins.solver` is the readable twin of `refined`, `tracking.likelihood.contour_support`
 that of `judged`.
 """
 

@@ -14,7 +14,7 @@ from studio.app.model.documents.dropped import SPLATS, photos_of, poses_in
 from studio.app.model.measured_line import MeasuredLine, free_name, free_place
 from studio.app.preparation.child import Child
 from studio.app.preparation.stage_lines import StageLine, stages_of
-from studio.evaluate.prepared.outcome import OUTCOME
+from studio.evaluate.verdict import OUTCOME
 
 Pick = tuple[str, float, float]
 """A photo's name and a pixel in it."""
@@ -173,7 +173,7 @@ class PreparationJob:
 
     @property
     def outcome(self) -> dict[str, Any]:
-        """Outcome, see `studio.evaluate.prepared.outcome`; empty before the end."""
+        """Outcome, see `studio.evaluate.verdict`; empty before the end."""
         try:
             values = json.loads((self.work / OUTCOME).read_text(encoding="utf-8"))
         except (OSError, ValueError):

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.wire.relay import TcpRelay, UdpRelay
 from devices.camera.address import parse_address
 from devices.camera.receiver import CameraReceiver
 from devices.clock import WallClock
@@ -20,7 +21,6 @@ from devices.insta360.commands import CameraInfo
 from devices.video import H264Encoder
 from sim.wire.feed import numbered_pictures
 from sim.wire.preview_server import PreviewServer
-from sim.wire.relay import TcpRelay, UdpRelay
 from sim.wire.rtmp_push import RtmpPush, StreamOptions
 from tests.devices.camera.parties.programs import (
     H264,

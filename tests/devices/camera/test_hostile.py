@@ -14,6 +14,8 @@ import av
 import numpy as np
 import pytest
 
+from benchmarks.wire.attack import attack
+from benchmarks.wire.hostile import hostile_bytes
 from devices.camera.address import parse_address
 from devices.camera.received import CameraState
 from devices.camera.receiver import CameraReceiver
@@ -21,10 +23,8 @@ from devices.camera.rtmp.amf import encode_amf
 from devices.camera.rtmp.chunks import HANDSHAKE_BYTES, encode_message
 from devices.clock import WallClock
 from devices.video import H264Encoder
-from sim.wire.attack import attack
 from sim.wire.feed import numbered_pictures, read_number
 from sim.wire.flv_packets import avc_header, avc_picture
-from sim.wire.hostile import hostile_bytes
 from sim.wire.rtmp_push import RtmpPush
 from tests.devices.camera.parties.programs import free_port, wait_for
 

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
+from benchmarks.wire.fuzz import OFFSET_V1, OFFSET_V2, OFFSET_V3
 from devices.clock import WallClock
 from devices.insta360.commands import CameraInfo
 from devices.video import H264Encoder
-from sim.wire.fuzz import OFFSET_V1, OFFSET_V2, OFFSET_V3
 from sim.wire.preview_server import PreviewServer
 
 INFO = CameraInfo("IXSE42", "Insta360 X4", "v1.4.6", 0.83, OFFSET_V1, OFFSET_V2, OFFSET_V3)

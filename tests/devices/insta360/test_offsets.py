@@ -4,6 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from benchmarks.wire.fuzz import OFFSET_V1, OFFSET_V2, OFFSET_V3
 from devices.insta360.offsets import (
     LensV1,
     LensV2,
@@ -16,7 +17,6 @@ from devices.insta360.offsets import (
     read_offsets,
     write_offsets,
 )
-from sim.wire.fuzz import OFFSET_V1, OFFSET_V2, OFFSET_V3
 
 numbers = st.floats(-1e6, 1e6)
 sizes = st.integers(1, 1_000_000)

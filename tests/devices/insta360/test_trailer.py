@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from benchmarks.wire.fuzz import OFFSET_V1, OFFSET_V2, OFFSET_V3
 from devices.footage import FilmedBy, read_footage
 from devices.insta360.metadata import (
     FIRMWARE,
@@ -51,7 +52,6 @@ from devices.insta360.trailer import (
 from scenes.cameras import Fisheye, Rig
 from scenes.formats.storage.atomic import WriteError
 from scenes.pose import Pose
-from sim.wire.fuzz import OFFSET_V1, OFFSET_V2, OFFSET_V3
 
 T_NS = np.arange(20, dtype=np.int64) * 1_000_000 + 7_000_000
 ACCEL = np.random.default_rng(1).uniform(-40, 40, (20, 3))

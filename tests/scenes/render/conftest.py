@@ -5,11 +5,11 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from benchmarks.raster.reference.differences import drawable
+from benchmarks.raster.reference.renderer import ReferenceRenderer
 from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose
 from scenes.render.native import NativeRenderer
-from scenes.render.reference.differences import drawable
-from scenes.render.reference.renderer import ReferenceRenderer
 from scenes.render.renderer import PosedSplats, RenderOptions
 from scenes.splats import SH_C0, SplatCloud
 

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from benchmarks.raster.reference.differences import FrozenPicture, difference
 from scenes.render.pose_step import moved
-from scenes.render.reference.differences import FrozenPicture, difference
 
 VALUES = ("means", "scales", "rotations", "opacities", "sh")
 STEPS = dict.fromkeys(VALUES, 5e-6) | {"sh": 1e-4}

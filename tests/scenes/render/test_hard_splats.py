@@ -6,11 +6,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
+from benchmarks.raster.reference.renderer import ReferenceRenderer
 from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose
 from scenes.render.gradients import record
 from scenes.render.native import NativeRenderer
-from scenes.render.reference.renderer import ReferenceRenderer
 from scenes.render.renderer import PosedSplats, RenderOptions
 from scenes.splats import SH_COUNTS, SplatCloud
 

@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from benchmarks.raster.reference.renderer import ReferenceRenderer
 from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose
 from scenes.render import native as native_module
 from scenes.render.native import NativeRenderer
-from scenes.render.reference.renderer import ReferenceRenderer
 from scenes.render.renderer import PosedSplats, RenderOptions
 from scenes.splats import SplatCloud
 

@@ -5,12 +5,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from benchmarks.raster.incremental import StillView
+from benchmarks.raster.reference.renderer import ReferenceRenderer
 from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose
 from scenes.render.gradients import record
-from scenes.render.incremental import StillView
 from scenes.render.native import NativeRenderer
-from scenes.render.reference.renderer import ReferenceRenderer
 from scenes.render.renderer import TILE_PX, PosedSplats, RenderOptions, tiles_of
 
 BACK = Pose(np.eye(3), [0.0, 0.0, -1.5])

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
+from benchmarks.twin.scan_like import block, scan_like
 from scenes.mesh import BoxPart
 from scenes.pose import Pose
 from sim.navigation.floor import BODY_RADIUS_M, FloorMap
 from sim.navigation.paths import has_way, walking_path
 from sim.people.drawn_line import drawn_part, length_m
 from sim.physics.scanned.objects import with_feet
-from sim.physics.scanned.scan_like import block, scan_like
 
 ROOM = block((-2, -2, 0), (2, 2, 2.5), is_room=True)
 TABLE = block((1.1, 0.2, 0.68), (1.7, 1.2, 0.72))

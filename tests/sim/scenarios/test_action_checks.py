@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.twin.scan_like import block
 from scenes.pose import Pose
 from sim.people.remote import remote_annotations, remote_avatar
-from sim.physics.scanned.scan_like import block
 from sim.scenarios.action_checks import HEAVIEST_KG
 from sim.scenarios.action_tables import read_action
 from sim.scenarios.actions import ACTION_NAMES, Draw, HandOver, Point, Put, Receive, Sit

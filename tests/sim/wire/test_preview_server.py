@@ -5,6 +5,7 @@ from itertools import count, islice
 
 import pytest
 
+from benchmarks.wire.fuzz import PICTURE
 from devices.clock import WallClock
 from devices.insta360.commands import CameraInfo, Command, refusal
 from devices.insta360.packets import (
@@ -18,7 +19,6 @@ from devices.insta360.packets import (
 from devices.insta360.preview import PreviewClient
 from devices.messages import EncodedFrame
 from sim.wire import preview_server
-from sim.wire.fuzz import PICTURE
 from sim.wire.preview_server import PreviewFaults, PreviewServer
 
 INFO = CameraInfo("IXSE42", "Insta360 X4", "v1.4.6", 0.5)

@@ -60,7 +60,6 @@ def test_a_session_is_held_against_the_camera_s_truth(tmp_path):
     # The camera's truth is on the same clock: nothing is known before it was shown.
     assert 0 < rows["live.frame_to_pose_ms.p50"].value < 30_000
     assert rows["live.object_cm.p50"].value < 10.0
-    assert rows["live.fuzz.crashes"].passed
     assert (tmp_path / "live.mcap").exists()
 
 

@@ -6,9 +6,9 @@ import json
 
 import pytest
 
+from benchmarks.evaluate.dataset.layout import read_dataset
 from scenes.package import save_package
 from studio.cli import EXIT_DONE, EXIT_INPUT, main
-from studio.evaluate.dataset.layout import read_dataset
 from tests.scanned_cell import make_scan
 
 SCENARIO = """

@@ -6,6 +6,10 @@ import cv2
 import numpy as np
 import pytest
 
+from benchmarks.evaluate.filmed.conditions import Conditions
+from benchmarks.evaluate.filmed.filming import FilmSet, Shot, standing
+from benchmarks.evaluate.filmed.takes import RECORDING, TakeCache
+from benchmarks.evaluate.protocols.stations import carried
 from devices.recording import Recorder
 from devices.recording_codec import FrameStamp
 from scenes.cameras import rig_to_json
@@ -13,10 +17,6 @@ from scenes.package import save_package
 from scenes.pose import Pose, rotation_angle
 from scenes.samples import sample_room
 from studio.cli import EXIT_DONE, EXIT_INPUT, main
-from studio.evaluate.filmed.conditions import Conditions
-from studio.evaluate.filmed.filming import FilmSet, Shot, standing
-from studio.evaluate.filmed.takes import RECORDING, TakeCache
-from studio.evaluate.protocols.stations import carried
 from studio.session.plan import SessionPlan
 from studio.verbs.track import Tally, tracks_as_json
 

@@ -10,6 +10,7 @@ from scenes.cameras import Fisheye, Pinhole, Rig, pixel_centres
 from scenes.frames import FRONT_FROM_BACK_LENS, look_at
 from scenes.pose import Pose, rotation_angle, rotation_from_vector
 from scenes.render.renderer import Rendering
+from tests.twins import solver as reference
 from tracking.background.images import Exposure, expose
 from tracking.background.learning import LEARNER, Care, surroundings
 from tracking.evidence.evidence import Evidence
@@ -20,7 +21,6 @@ from tracking.likelihood import contour_support as judgement
 from tracking.likelihood.edges import measure_contour, projection
 from tracking.model.colours import ColourModel
 from tracking.model.templates import cut_out
-from tracking.solve import numpy_twin as reference
 from tracking.solve.measurement import Measurement, judged, refined
 from tracking.window.contour import contour_points, sample, texture_points
 from tracking.window.filters import bell_blurred

@@ -155,7 +155,7 @@ impl TermsRequest {
     }
 }
 
-/// The likelihood of poses; the twin is `tracking.likelihood.numpy_twin`.
+/// The likelihood of poses; the twin is `tests.twins.likelihood`.
 #[pyclass(frozen, module = "scenes._native", name = "PoseLikelihood")]
 pub struct PoseLikelihood {
     model: SupportModel,

@@ -1,6 +1,6 @@
 //! The pictures that the likelihood compares: a part of a window, and an object drawn into it, channel
 //! by channel, so that several pixels are computed at once.
-//! `tracking/likelihood/numpy_twin.py` says the same.
+//! `tests/twins/likelihood.py` says the same.
 
 use crate::track::appearance::relight::{LENS_BLUR_PX, LENS_TAPS, MIN_ALPHA};
 use crate::track::picture::{filtered, gaussian, shrunk};

@@ -1,5 +1,5 @@
 //! Nats by which a window speaks for an object at a pose.
-//! `tracking/likelihood/numpy_twin.py` says the same.
+//! `tests/twins/likelihood.py` says the same.
 
 use crate::track::appearance::compared::{
     ring, seen, silhouette, Behind, Cut, Drawn, Part, Planes, Seen, Window,

@@ -1,6 +1,6 @@
 //! How probably every pixel of a silhouette shows something that is in no scan: what is changed around
 //! the silhouette goes on inside it along colours that have no edge.
-//! `tracking/likelihood/numpy_twin.py` says the same.
+//! `tests/twins/likelihood.py` says the same.
 
 use crate::track::appearance::compared::{dilated, Cut, Part};
 use crate::track::exponential::exp;

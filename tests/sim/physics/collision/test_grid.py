@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from benchmarks.twin.scan_like import block
 from sim.physics.collision.grid import (
     Grid,
     area_vectors,
@@ -15,7 +16,6 @@ from sim.physics.collision.grid import (
     cut_at_grid,
     grid_along_walls,
 )
-from sim.physics.scanned.scan_like import block
 
 CELL_M = 0.25
 

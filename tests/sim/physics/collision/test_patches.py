@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from benchmarks.twin.scan_like import block, scan_like
 from sim.physics.collision.depths import BACK_GAP_M, SEAM_M, smooth, with_depths
 from sim.physics.collision.grid import Grid, cut_at_grid, grid_along_walls
 from sim.physics.collision.patches import CELL_M, DEPTH_M, fit_patches
 from sim.physics.collision.surface import surface_of
-from sim.physics.scanned.scan_like import block, scan_like
 
 GRID = Grid(CELL_M, 0.0, (0.03, 0.04, 0.05))
 

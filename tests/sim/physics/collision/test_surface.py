@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from benchmarks.twin.scan_like import block, scan_like
 from sim.physics.collision.surface import rescanned, surface_of
-from sim.physics.scanned.scan_like import block, scan_like
 
 ROOM = block((0, 0, 0), (4, 3, 2.5), is_room=True)
 TABLE = block((1, 1, 0.7), (2, 2, 0.74))

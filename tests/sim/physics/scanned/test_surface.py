@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
+from benchmarks.twin.scan_like import block, scan_like
 from scenes.mesh import BoxPart, CollisionMesh, PhysicalObject
 from scenes.pose import Pose
 from sim.physics.any_room import physics_of
 from sim.physics.moving.people import HandTarget, PersonTarget
 from sim.physics.scanned.opening import twin_of_room
-from sim.physics.scanned.scan_like import block, scan_like
 from sim.physics.scanned.surface import scanned_surface
 from sim.physics.scanned.twin import Twin
 from sim.physics.world import World

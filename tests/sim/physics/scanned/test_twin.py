@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.twin.scan_like import block, scan_like
 from scenes.mesh import BoxPart, CollisionMesh, PhysicalObject
 from scenes.package import ScenePackage
 from scenes.pose import Pose
@@ -14,7 +15,6 @@ from sim.physics.collision.static_geoms import StaticGeoms
 from sim.physics.collision.surface import rescanned, surface_of
 from sim.physics.moving.primitives import Primitive, Shape
 from sim.physics.scanned.opening import twin_of_package
-from sim.physics.scanned.scan_like import block, scan_like
 from sim.physics.scanned.surface import without_objects
 from sim.physics.scanned.twin import STEP_NS, Twin
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from benchmarks.twin.scan_like import block
 from scenes.mesh import BoxPart, PhysicalObject
 from scenes.pose import Pose
 from sim.physics.collision.heights import height_below
@@ -10,7 +11,6 @@ from sim.physics.collision.orientation import turn_to_free_side
 from sim.physics.collision.surface import surface_of
 from sim.physics.moving.people import HandTarget, People, PersonTarget
 from sim.physics.moving.primitives import Primitive, Shape
-from sim.physics.scanned.scan_like import block
 from sim.physics.scanned.twin import Twin
 
 SECOND_NS = 1_000_000_000

@@ -9,7 +9,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
-from studio.app.measure.walking import ACTIONS, Walk, walked
+from benchmarks.studio.walking import ACTIONS, Walk, walked
 from studio.app.model.runs.leaving import Answer
 from studio.app.model.standing import (
     EDGES,

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from benchmarks.studio.tasks.clicking import Hand
 from scenes.formats.registry import is_in_world_frame, read_splats
 from scenes.frames import WORLD_FROM_FORWARD_CAMERA
 from scenes.harmonics import turned
-from studio.app.measure.clicking import Hand
 from studio.console.display import why_no_window
 
 WHY_NOT = why_no_window()

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from studio.app.measure.clicking import Hand
+from benchmarks.studio.tasks.clicking import Hand
 from studio.app.model.actions import SYNONYMS, matching
 from studio.app.shell.help_pages import AboutWindow, ManualWindow, libraries, manual_pages
 from studio.console.display import why_no_window

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from studio.app.measure.clicking import Hand
+from benchmarks.studio.tasks.clicking import Hand
 from studio.console.display import why_no_window
 
 WHY_NOT = why_no_window()

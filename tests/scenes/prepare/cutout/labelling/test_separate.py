@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from benchmarks.raster.reference.renderer import ReferenceRenderer
 from scenes.cameras import Pinhole
 from scenes.frames import look_at
 from scenes.package.records import ViewPoint
@@ -14,7 +15,6 @@ from scenes.prepare.cutout.marks.prompted_views import PromptedView, masked_view
 from scenes.prepare.cutout.object.upright_box import upright_box
 from scenes.prepare.cutout.votes.lifting import lift, share
 from scenes.render.native import NativeRenderer
-from scenes.render.reference.renderer import ReferenceRenderer
 from scenes.render.renderer import PosedSplats
 from scenes.splats import SplatCloud, concatenate
 

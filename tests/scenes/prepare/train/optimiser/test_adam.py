@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from scenes.prepare.train.optimiser import adam
 from scenes.prepare.train.optimiser.rows import fresh_rows
+from tests.twins import adam
 
 RATES = np.linspace(0.001, 0.02, 14).astype(np.float32)
 

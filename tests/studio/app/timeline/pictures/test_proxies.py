@@ -7,13 +7,13 @@ import cv2
 import numpy as np
 import pytest
 
+from benchmarks.studio.seeking import write_recording
 from devices.replay import ReplayCamera
 from studio.app.timeline.pictures import proxies as proxies_module
 from studio.app.timeline.pictures.proxies import Proxies, proxies_of
 from studio.app.timeline.pictures.proxy_process import content_digest, make_proxies
 from studio.app.timeline.pictures.thread import PictureThread
 from studio.app.timeline.recorded.reading import read_index
-from studio.bench.timeline import write_recording
 
 SIDE_PX, FRAMES = 32, 50
 

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from benchmarks.studio.seeking import write_recording
 from devices.camera.lenses.layout import Arrangement, LensLayout
 from devices.messages import EncodedFrame
 from devices.recording import Recorder, read_recording, read_session
@@ -20,7 +21,6 @@ from scenes.pose import Pose
 from studio.app.timeline.pictures import decoding
 from studio.app.timeline.pictures.reader import PictureReader
 from studio.app.timeline.recorded.reading import read_index
-from studio.bench.timeline import write_recording
 
 FRAMES = 50
 """Three groups of pictures at ten a second."""

@@ -1,0 +1,1 @@
+"""Measures the studio: benchmarks, tables against the truth, hostile input. Not in the wheel."""

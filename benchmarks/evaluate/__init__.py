@@ -1,0 +1,1 @@
+"""Tracker, preparation and twin against the truth: what `nexus evaluate` runs."""

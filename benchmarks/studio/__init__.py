@@ -1,0 +1,1 @@
+"""How fast the studio answers: `nexus bench studio`, a process a figure."""

@@ -1,0 +1,1 @@
+"""How fast and how exact the digital twin is: camera, physics, forks."""

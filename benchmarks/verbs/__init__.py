@@ -1,0 +1,1 @@
+"""One file a verb of `nexus bench` and `nexus evaluate`, and the table of them."""

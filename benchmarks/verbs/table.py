@@ -1,0 +1,74 @@
+"""The table of verbs that measure: the command line adds it to its own in a checkout."""
+
+from __future__ import annotations
+
+from studio.verbs.verb import Verb
+
+VERBS = (
+    Verb(
+        "evaluate preparation",
+        "benchmarks.verbs.evaluate_preparation",
+        "film a built-in room, prepare it and hold the result against the truth",
+        "nexus evaluate preparation lab --json",
+    ),
+    Verb(
+        "evaluate dataset",
+        "benchmarks.verbs.evaluate_dataset",
+        "take a folder of photos and 360° pictures with exact truth through prepare, cut and track",
+        "nexus evaluate dataset room_c --out out/room_c",
+    ),
+    Verb(
+        "evaluate twin",
+        "benchmarks.verbs.evaluate_twin",
+        "rehearse a dataset's courses in its own scan, and compare with what was measured there",
+        "nexus evaluate twin room_c --out out/room_c",
+    ),
+    Verb(
+        "evaluate random-rooms",
+        "benchmarks.verbs.evaluate_random_rooms",
+        "track objects of many kinds in rooms by seed, and say where it fails",
+        "nexus evaluate random-rooms --seeds 100-107",
+    ),
+    Verb(
+        "evaluate",
+        "benchmarks.verbs.evaluate",
+        "hold the tracker against the truth, with the paper's method on the same frames",
+        "nexus evaluate room --method paper --seeds 5 --plot",
+    ),
+    Verb(
+        "bench raster",
+        "benchmarks.raster.raster",
+        "measure the splat renderer",
+        "nexus bench raster --json",
+    ),
+    Verb(
+        "bench studio",
+        "benchmarks.verbs.bench_studio",
+        "measure the window: opening, drawing, answering, seeking, what a kill costs",
+        "nexus bench studio --json",
+    ),
+    Verb(
+        "bench physics",
+        "benchmarks.twin.physics",
+        "measure the physics of a scanned room",
+        "nexus bench physics --quick",
+    ),
+    Verb(
+        "bench twin",
+        "benchmarks.twin.twin",
+        "measure the digital twin: its camera, its physics, its forks",
+        "nexus bench twin --json",
+    ),
+    Verb(
+        "bench files",
+        "benchmarks.files",
+        "try small files as people bring them, and count those that come out right",
+        "nexus bench files --json",
+    ),
+    Verb(
+        "bench parsers",
+        "benchmarks.verbs.bench_parsers",
+        "give hostile bytes to every parser that a camera reaches, and count those that fail",
+        "nexus bench parsers --json",
+    ),
+)

@@ -1,0 +1,1 @@
+"""Hostile bytes and failing networks, against parsers, clients and servers."""

@@ -1,1 +1,0 @@
-"""Speed, one file a subject."""

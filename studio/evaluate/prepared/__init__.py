@@ -1,1 +1,0 @@
-"""What a preparation is judged by."""

@@ -1,1 +1,0 @@
-"""How well a rehearsal in a scan predicts what happens in the real room."""
