@@ -18,6 +18,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NoReturn
 
+from studio.console.extras import explain_missing
 from studio.console.machine import program_version
 
 EXIT_DONE, EXIT_FAILED, EXIT_USAGE, EXIT_INPUT, EXIT_CANCELLED = 0, 1, 2, 3, 130
@@ -219,6 +220,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     except Exception as error:
         if os.environ.get(TRACEBACK_VARIABLE):
             raise
+        missing = explain_missing(error, what=f"nexus {words[0]}")
+        if missing is not None:
+            print(f"nexus: {missing}", file=sys.stderr)
+            return EXIT_INPUT
         print(
             f"nexus: a defect of this program: {type(error).__name__}: {_one_line(error)}; "
             f"{TRACEBACK_VARIABLE}=1 shows where",

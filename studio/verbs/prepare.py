@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
+from studio.console.extras import require_extra
 from studio.console.rows import Row, as_json, as_table, at_most, exit_code
 from studio.evaluate.prepared.outcome import OUTCOME, outcome_of
 from studio.evaluate.prepared.verdict import preview_min, verdict_of
@@ -165,6 +166,7 @@ def run(args: argparse.Namespace) -> int:
     Raises:
         ValueError, OSError: as `scenes.prepare.pipeline.prepare`.
     """
+    require_extra("prepare", what="nexus prepare")
     from scenes.formats.storage.atomic import write_file
     from scenes.prepare.align.shared_origin import shared_origin_to_json
     from scenes.prepare.pipeline import prepare
