@@ -44,6 +44,7 @@ def main(words: Sequence[str] | None = None) -> None:
     parser.add_argument("--out", type=Path, default=ROOT / "dist", help="(default: dist)")
     args = parser.parse_args(words)
     out = args.out.resolve()
+    # Outside the checkout, whose .gitignore maturin would follow.
     with tempfile.TemporaryDirectory(prefix="nexus-wheel-") as folder:
         copy = Path(folder)
         copy_sources(ROOT, copy)
