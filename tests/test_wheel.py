@@ -57,6 +57,7 @@ def test_only_the_floors_are_published(sources: Path) -> None:
     assert PACKAGES == ["scenes", "devices", "sim", "tracking", "studio"]
     assert PYPROJECT["tool"]["maturin"]["include"] == [f"{build.BUNDLED}/**/*"]
     assert not (sources / "web" / "node_modules").exists()
+    assert not (sources / build.BUNDLED).exists(), "made for each wheel, never kept"
 
 
 def test_bundled_files_hold_manual_licence_and_viewer(tmp_path: Path) -> None:

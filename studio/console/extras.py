@@ -17,7 +17,7 @@ EXTRAS: Mapping[str, tuple[str, ...]] = {
 """Packages that each extra of `pyproject.toml` brings, as they are imported; without pi-heif, which
 only photos in HEIC miss, who say so themselves."""
 
-NAMES: Mapping[str, str] = {"PySide6": "Qt", "open3d": "Open3D"}
+NAMES: Mapping[str, str] = {"PySide6": "Qt", "open3d": "Open3D", "pxr": "OpenUSD"}
 """Names of some as people know them."""
 
 
