@@ -17,6 +17,7 @@ import threading
 from collections.abc import Sequence
 from typing import NoReturn
 
+from studio.console.extras import explain_missing
 from studio.console.machine import program_version
 from studio.verbs.verb import Verb
 
@@ -158,6 +159,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     except Exception as error:
         if os.environ.get(TRACEBACK_VARIABLE):
             raise
+        missing = explain_missing(error, what=f"nexus {words[0]}")
+        if missing is not None:
+            print(f"nexus: {missing}", file=sys.stderr)
+            return EXIT_INPUT
         print(
             f"nexus: a defect of this program: {type(error).__name__}: {_one_line(error)}; "
             f"{TRACEBACK_VARIABLE}=1 shows where",

@@ -7,12 +7,17 @@ import ctypes.util
 import os
 import sys
 
+from studio.console.extras import why_incomplete
+
 XCB_PLUGIN_NEEDS = "xcb-cursor"
 """The system library that Qt's X11 plug-in needs and most servers lack."""
 
 
 def why_no_window() -> str | None:
     """The reason why no window can be opened, in words, or None if one can."""
+    missing = why_incomplete("studio", what="the window")
+    if missing is not None:
+        return missing
     if sys.platform in ("win32", "darwin") or os.environ.get("QT_QPA_PLATFORM") == "offscreen":
         return None
     if os.environ.get("WAYLAND_DISPLAY"):

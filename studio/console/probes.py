@@ -16,9 +16,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from studio.console.machine import processor_flags
+from studio.console.extras import EXTRAS, why_incomplete
+from studio.console.machine import DISTRIBUTION, processor_flags
+from studio.console.program_files import IS_CHECKOUT, PROGRAM_FILES
 
-ROOT = Path(__file__).resolve().parents[2]
 PROBE_TIMEOUT_S = 60
 FREE_DISK_WANTED_GIB = 2.0
 MEMORY_WANTED_GIB = 4.0
@@ -46,7 +47,10 @@ class Finding:
 def examine() -> Iterable[Finding]:
     """Every finding, cheapest first."""
     yield _python()
-    yield from packages(ROOT / "requirements" / "run.txt")
+    if IS_CHECKOUT:
+        yield from packages(PROGRAM_FILES / "requirements" / "run.txt")
+    else:
+        yield from installed_packages(importlib.metadata.requires(DISTRIBUTION) or ())
     yield native()
     yield from _libraries()
     yield display()
@@ -80,6 +84,39 @@ def packages(list_file: Path) -> Iterable[Finding]:
         yield Finding("Python packages", "missing", "; ".join(wrong[:5]), "./nexus setup")
     else:
         yield Finding("Python packages", "ok", f"{checked} at their pinned versions")
+
+
+def installed_packages(requirements: Iterable[str]) -> Iterable[Finding]:
+    """Whether what an installed program names is here; extras may be left out.
+
+    Args:
+        requirements: as the program's metadata names them.
+    """
+    from packaging.requirements import Requirement
+
+    wrong: list[str] = []
+    checked = 0
+    for requirement in map(Requirement, requirements):
+        if requirement.marker is not None and not requirement.marker.evaluate({"extra": ""}):
+            continue
+        checked += 1
+        try:
+            found = importlib.metadata.version(requirement.name)
+        except importlib.metadata.PackageNotFoundError:
+            found = "absent"
+        if found == "absent" or not requirement.specifier.contains(found, prereleases=True):
+            wrong.append(f"{requirement.name} {found} (wanted {requirement.specifier})")
+    remedy = f"pip install --force-reinstall {DISTRIBUTION}"
+    if wrong:
+        yield Finding("Python packages", "missing", "; ".join(wrong[:5]), remedy)
+    else:
+        yield Finding("Python packages", "ok", f"{checked} as wanted")
+    for extra in EXTRAS:
+        remedy = why_incomplete(extra, what="it")
+        if remedy is None:
+            yield Finding(f"extra {extra}", "ok", "installed")
+        else:
+            yield Finding(f"extra {extra}", "optional", "not installed", remedy)
 
 
 def native() -> Finding:

@@ -12,8 +12,10 @@ import subprocess
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-WEB = Path(__file__).resolve().parents[2] / "web"
-"""Folder of the lock file, in a checkout."""
+from studio.console.program_files import PROGRAM_FILES
+
+WEB = PROGRAM_FILES / "web"
+"""Where the lock file is; in an installed package the libraries lie beside it."""
 
 MODULES: Mapping[str, str] = {
     "three": "three/build/three.module.js",

@@ -21,7 +21,6 @@ from scenes.prepare.cutout.cutout import Cutout, cut_out, make_object, undo_cut
 from scenes.prepare.cutout.labelling.separate import Separation
 from scenes.prepare.cutout.marks.masks import GrabCutMasks, Masks, Prompt
 from scenes.prepare.cutout.marks.prompted_views import PromptedView, drawn_picture, masked_views
-from scenes.prepare.cutout.marks.sam_masks import SamMasks
 from scenes.prepare.cutout.proposals import Proposal, propose
 from scenes.prepare.cutout.remainder.floaters import remove_floaters
 from scenes.prepare.cutout.votes.lifting import share
@@ -233,7 +232,12 @@ def _object_id(args: argparse.Namespace) -> str:
 
 
 def _masks(args: argparse.Namespace) -> Masks:
-    return GrabCutMasks() if args.masks_model is None else SamMasks(args.masks_model)
+    if args.masks_model is None:
+        return GrabCutMasks()
+    # Its runtime is an extra, which GrabCut does without.
+    from scenes.prepare.cutout.marks.sam_masks import SamMasks
+
+    return SamMasks(args.masks_model)
 
 
 def _listed(proposals: Sequence[Proposal]) -> tuple[dict[str, object], list[str]]:

@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
+from studio.console.extras import require_extra
 from studio.console.rows import Row, as_json, as_table, at_most, exit_code
 from studio.evaluate.verdict import OUTCOME, outcome_of, preview_min, verdict_of
 from studio.verbs.scale_flags import add_object_flags, add_scale_flags, known_length, known_object
@@ -164,6 +165,7 @@ def run(args: argparse.Namespace) -> int:
     Raises:
         ValueError, OSError: as `scenes.prepare.pipeline.prepare`.
     """
+    require_extra("prepare", what="nexus prepare")
     from scenes.formats.storage.atomic import write_file
     from scenes.prepare.align.shared_origin import shared_origin_to_json
     from scenes.prepare.pipeline import prepare

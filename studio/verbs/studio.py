@@ -34,6 +34,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Open the window and wait until it is closed."""
+    from studio.console.extras import require_extra
+
+    require_extra("studio", what="nexus studio")
     from studio.app.model.script import read_script
     from studio.console.display import why_no_window
 

@@ -25,11 +25,9 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-import studio
 from studio.console.machine import DISTRIBUTION, describe_machine, program_version
-
-ROOT = Path(studio.__file__).resolve().parents[1]
-"""Of the program: pages, licence and list of libraries lie in it."""
+from studio.console.program_files import PROGRAM_FILES
+from studio.view.fonts import FACES
 
 FIRST_PAGES = ("studio", "preparation", "scenarios", "live", "sharing", "forks", "sweeps", "files")
 """Of the manual, in this order; the others follow by title."""
@@ -56,7 +54,7 @@ def manual_pages(folder: Path) -> list[tuple[str, Path]]:
 
 def libraries() -> list[tuple[str, str, str]]:
     """Name, version and licence of everything that the program runs on."""
-    listed = ROOT / "requirements" / "run.txt"
+    listed = PROGRAM_FILES / "requirements" / "run.txt"
     wanted: set[str] | None = None
     if listed.is_file():
         lines = listed.read_text(encoding="utf-8").splitlines()
@@ -106,7 +104,7 @@ class ManualWindow(QDialog):
         folder: of the pages.
     """
 
-    def __init__(self, over: QWidget | None, folder: Path = ROOT / "docs") -> None:
+    def __init__(self, over: QWidget | None, folder: Path = PROGRAM_FILES / "docs") -> None:
         super().__init__(over)
         self.setWindowTitle("Manual")
         self.resize(1000, 700)
@@ -192,7 +190,7 @@ class AboutWindow(QDialog):
         row = QHBoxLayout()
         for words, run in (
             ("Copy for a report", lambda: QGuiApplication.clipboard().setText(self.copied)),
-            ("Licence", lambda: self._show_text(ROOT / "LICENSE")),
+            ("Licence", lambda: self._show_text(PROGRAM_FILES / "LICENSE")),
             ("Libraries", lambda: self.text.setHtml(_as_table(self.libraries))),
         ):
             button = QPushButton(words)
@@ -222,6 +220,6 @@ def _as_table(rows: Sequence[tuple[str, str, str]]) -> str:
         f"<tr>{''.join(f'<td>{escape(cell)}&nbsp;&nbsp;</td>' for cell in row)}</tr>"
         for row in rows
     )
-    faces = sorted(path.stem for path in ROOT.glob("studio/**/*.ttf"))
+    faces = sorted(path.stem for path in FACES.glob("*.ttf"))
     fonts = f"<p>Typefaces under the SIL Open Font License: {', '.join(faces)}</p>" if faces else ""
     return f"<p>It runs on:</p><table>{lines}</table>{fonts}"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from studio.console import probes
+from studio.console.extras import EXTRAS
 
 
 def test_a_wrong_and_an_absent_package_are_named_with_their_pin(tmp_path: Path) -> None:
@@ -27,3 +28,16 @@ def test_a_wrong_and_an_absent_package_are_named_with_their_pin(tmp_path: Path) 
 def test_this_machine_can_draw_off_screen_and_encode_video() -> None:
     assert probes.offscreen_drawing().state == "ok"
     assert probes.h264().state == "ok"
+
+
+def test_an_installed_program_names_its_own_packages_and_its_extras() -> None:
+    wanted = ("numpy>=1", "jinja2==0.0.1", "no-such-package", 'PySide6 ; extra == "studio"')
+
+    first, *extras = probes.installed_packages(wanted)
+
+    assert first.state == "missing"
+    assert "no-such-package absent" in first.detail
+    assert "(wanted ==0.0.1)" in first.detail
+    assert "numpy" not in first.detail
+    assert "PySide6" not in first.detail
+    assert {finding.subject for finding in extras} == {f"extra {name}" for name in EXTRAS}
