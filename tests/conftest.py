@@ -36,15 +36,18 @@ def pytest_configure(config: pytest.Config) -> None:
     """
     if not hasattr(config, "workerinput") or shutil.which("Xvfb") is None:
         return
-    number, told = os.pipe()
+    reading, writing = os.pipe()
+    screen = ["-displayfd", str(writing), "-screen", "0", "1600x1000x24", "-noreset"]
+    # A test process that is killed cleans nothing up: the screen ends with it all the same.
+    ends_with_us = ["setpriv", "--pdeathsig", "TERM"] if shutil.which("setpriv") else []
     server = subprocess.Popen(
-        ["Xvfb", "-displayfd", str(told), "-screen", "0", "1600x1000x24", "-noreset"],
-        pass_fds=(told,),
+        [*ends_with_us, "Xvfb", *screen],
+        pass_fds=(writing,),
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
     )
-    os.close(told)
-    with os.fdopen(number) as answer:
+    os.close(writing)
+    with os.fdopen(reading) as answer:
         display = answer.readline().strip()
     if not display:  # it could not start: the screen that is there does
         server.wait()
