@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.trace_light import _denoised, _Tracer
+from benchmarks.trace_light import _denoise, _Tracer
 from scenes.samples.light import AreaLight, UnlitRoom, texels_of
 from scenes.samples.pictures.textures import plain
 from scenes.samples.shapes import quad
@@ -17,7 +17,7 @@ def test_noise_goes_and_edges_stay():
         (clean + rng.normal(0, 0.08, clean.shape)).astype(np.float32) for _ in range(2)
     )
     seen = np.ones(clean.shape[:2], bool)
-    result = _denoised(first, second, seen)
+    result = _denoise(first, second, seen)
     flat = np.s_[8:-8, 8:32]
     noise = np.std(0.5 * (first + second)[flat] - clean[flat])
     assert np.std(result[flat] - clean[flat]) < 0.35 * noise
@@ -30,7 +30,7 @@ def test_what_lies_inside_things_takes_its_neighbours_light():
     light = np.ones((20, 20, 3), np.float32)
     light[8:12, 8:12] = 0.0
     seen = light[..., 0] > 0
-    assert _denoised(light, light, seen).min() > 0.95
+    assert _denoise(light, light, seen).min() > 0.95
 
 
 def test_traced_light_is_the_form_factor():
