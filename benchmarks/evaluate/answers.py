@@ -1,4 +1,4 @@
-"""What a tracking method reported of objects whose true poses are known, and whether it was right.
+"""A tracking method's answers on objects whose true poses are known, judged.
 
 Shared by the datasets and the random rooms, so that their figures mean the same.
 """
@@ -38,7 +38,7 @@ UNFOUND_CM, UNFOUND_DEG = 500.0, 180.0
 
 @dataclass(frozen=True, slots=True)
 class Visibility:
-    """What a picture shows of an object.
+    """How much of an object a picture shows.
 
     Attributes:
         fraction: 0..1, visible pixels over those of the object alone.
@@ -51,7 +51,7 @@ class Visibility:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Answer:
-    """What a method reported of one object in one picture.
+    """A method's report of one object in one picture.
 
     Attributes:
         session: "room", "room_chained", "sequence", ...

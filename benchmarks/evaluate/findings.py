@@ -1,4 +1,4 @@
-"""What an evaluation gives: figures, tables in words, drawings."""
+"""Results of an evaluation: figures, tables in words, drawings."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Drawing:
 
 @dataclass(frozen=True, slots=True)
 class Findings:
-    """What an evaluation found.
+    """Results of an evaluation.
 
     Attributes:
         rows: the figures by their stable names; those of the paper's method begin with `paper.`.

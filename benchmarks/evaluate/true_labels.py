@@ -1,4 +1,4 @@
-"""Which physical object each splat of a trained room belongs to, by the meshes that were filmed."""
+"""Labels each splat of a trained room with its physical object, by the filmed meshes."""
 
 from __future__ import annotations
 

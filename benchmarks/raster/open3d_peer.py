@@ -29,7 +29,7 @@ DRIVER_FOLDERS = (Path("/usr/share/vulkan/icd.d"), Path("/etc/vulkan/icd.d"))
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PeerResult:
-    """What Open3D needed for one picture.
+    """Time and memory that Open3D needed for one picture.
 
     Attributes:
         cpu_ms: median process CPU time, all its threads together.

@@ -43,7 +43,7 @@ def stage_rows(
     views: Sequence[View],
     repeats: int,
 ) -> list[Row]:
-    """Where the time of a scene goes, and how well its blend uses its lanes."""
+    """Return the time of each stage of a scene, and how well its blend uses its lanes."""
     split = _split(native, objects, views, repeats)
     rows = []
     for stage, times in split.times_ms.items():

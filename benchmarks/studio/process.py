@@ -32,7 +32,7 @@ def surroundings(temporary: Path) -> dict[str, str]:
 
 
 def measured(what: str, *rest: str) -> dict[str, Any]:
-    """What a measurement found.
+    """Return the result of a measurement.
 
     Raises:
         subprocess.CalledProcessError: it crashed or failed.

@@ -56,7 +56,7 @@ LEG_S = 20.0
 
 @dataclass(frozen=True, slots=True)
 class Sample:
-    """What ten seconds of a soak were like.
+    """Figures of ten seconds of a soak.
 
     Attributes:
         t_s: since the soak began.
@@ -172,7 +172,7 @@ def _percent(before: float, after: float) -> float:
 
 
 def read_samples(path: Path) -> list[Sample]:
-    """What a soak has written; none if it never got there."""
+    """Return the samples that a soak has written; none if it never got there."""
     if not path.is_file():
         return []
     with path.open(newline="", encoding="utf-8") as file:

@@ -30,7 +30,7 @@ STRETCH_FRAMES = 20
 
 @dataclass(frozen=True, slots=True)
 class Stretch:
-    """What a stretch of frames took.
+    """Times of a stretch of frames.
 
     Attributes:
         fps: frames a second, by the clock on the wall.

@@ -46,7 +46,7 @@ EDITS, EDIT_SIDE_M = 20, 0.5
 
 @dataclass(frozen=True, slots=True)
 class Thrown:
-    """What became of many throws.
+    """Results of many throws.
 
     Attributes:
         escaped: how many ended or were seen outside the room.

@@ -64,7 +64,7 @@ class TcpRelay:
 
     @property
     def address(self) -> tuple[str, int]:
-        """Where it listens."""
+        """Address that it listens at."""
         host, port = self._listener.getsockname()[:2]
         return host, port
 
@@ -80,7 +80,7 @@ class TcpRelay:
             self._is_hole = False
 
     def half_open(self) -> None:
-        """What is open now is dead for ever, without a word; new connections work."""
+        """Leave every open connection dead for ever, without a word; new ones work."""
         with self._lock:
             self._kill()
 
@@ -200,7 +200,7 @@ class UdpRelay:
 
     @property
     def address(self) -> tuple[str, int]:
-        """Where it receives."""
+        """Address that it receives at."""
         host, port = self._socket.getsockname()[:2]
         return host, port
 
@@ -209,7 +209,7 @@ class UdpRelay:
         self._is_hole = True
 
     def end_hole(self) -> None:
-        """What comes from now on passes."""
+        """Let pass what comes from now on."""
         self._is_hole = False
 
     def send_garbage(self, data: bytes) -> None:

@@ -1,4 +1,7 @@
-"""The scene package: a folder that holds a prepared room and reopens to the same room."""
+"""The scene package: a folder that holds a prepared room and reopens to the same room.
+
+`package.py`, its records, cuts and checksums.
+"""
 
 from scenes.package.package import (
     DISTRIBUTION,

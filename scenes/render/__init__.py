@@ -1,1 +1,5 @@
-"""Drawing splats: one protocol, a float64 reference and the native kernel behind it."""
+"""Drawing splats: one protocol, a float64 reference and the native kernel behind it.
+
+`renderer.py` (the protocol), `native.py` (Rust), `gradients.py` (derivatives), `training.py`,
+`reduction.py` (fewer splats for much the same picture).
+"""

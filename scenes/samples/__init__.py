@@ -1,4 +1,7 @@
-"""The built-in rooms, as physical meshes made by code."""
+"""The built-in rooms, as physical meshes made by code.
+
+`lab.py` `desk.py` `tangram.py` and what they are built of.
+"""
 
 from __future__ import annotations
 

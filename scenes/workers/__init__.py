@@ -1,1 +1,5 @@
-"""Threads and processes beside the caller: one protocol of progress, cancelling and errors."""
+"""Threads and processes beside the caller: one protocol of progress, cancelling and errors.
+
+`task.py` (one piece of work on a thread), `latest.py` (only the newest request counts),
+`child_process.py` (a process and its end), `parent.py` (a process whose parent is gone).
+"""

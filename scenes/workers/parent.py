@@ -1,4 +1,4 @@
-"""What a child process does when its parent is gone."""
+"""Ends a child process whose parent is gone."""
 
 from __future__ import annotations
 

@@ -1,1 +1,4 @@
-"""The windows."""
+"""Windows of the studio, in Qt: model, shell, view and docks.
+
+`window.py`: makes the window and runs it to its end.
+"""

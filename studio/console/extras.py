@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from studio.console.machine import DISTRIBUTION
 
 EXTRAS: Mapping[str, tuple[str, ...]] = {
-    "studio": ("PySide6", "PySide6QtAds", "qtawesome", "pyqtgraph", "tomlkit"),
+    "studio": ("PySide6", "PySide6QtAds", "pyvista", "qtawesome", "pyqtgraph", "tomlkit"),
     "prepare": ("open3d", "pycolmap"),
     "networks": ("onnxruntime",),
     "usd": ("pxr",),

@@ -1,4 +1,4 @@
-"""What a method said of an object and what was true, frame by frame: kept as plain numbers.
+"""A method's answers on an object beside the truth, frame by frame, as plain numbers.
 
 A session of hours has hundreds of thousands of them; as objects they would take six times as much.
 """

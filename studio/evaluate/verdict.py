@@ -33,14 +33,14 @@ missing, which a mean over all views hides (25 dB with three views of twelve at 
 PREVIEW_PSNR_DB = 20.0
 """From here on a preview shows the room."""
 PLACED_SHARE = 0.8
-LEAST_VIEWS_FOR_ROOM = 20
-MOST_NAMED = 3
+MIN_VIEWS_FOR_ROOM = 20
+MAX_NAMED = 3
 """Poor views named in a note: enough to know where to film again."""
 
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """What came out.
+    """Judgement of a preparation.
 
     Attributes:
         good: nothing is wrong with it.
@@ -86,7 +86,7 @@ def preview_min(prepared: Prepared) -> float:
 
 
 def _similarity(prepared: Prepared) -> tuple[str, str] | None:
-    """What is wrong with how views kept aside are drawn; nan, of none kept aside, says nothing."""
+    """Return the fault in how views kept aside are drawn; nan, of none kept aside, says nothing."""
     training = prepared.training
     quality = training.psnr_db
     poor = [score for score in training.held_out if score.psnr_db < POOR_VIEW_DB]
@@ -103,7 +103,7 @@ def _similarity(prepared: Prepared) -> tuple[str, str] | None:
             f"{wanted}, which takes as long as it takes; the stages before are kept.",
         )
     if poor:
-        names = ", ".join(score.view for score in poor[:MOST_NAMED])
+        names = ", ".join(score.view for score in poor[:MAX_NAMED])
         return (
             f"it looks wrong from {len(poor)} of {len(training.held_out)} new places",
             f"Views kept aside are drawn at {quality:.1f} dB, {len(poor)} of them below "
@@ -125,10 +125,10 @@ def _places(prepared: Prepared) -> tuple[str, str] | None:
     if placed < PLACED_SHARE * count:
         # What to film again is among the advice of structure from motion.
         return f"only {placed} of {count} pictures found their place", ""
-    if placed < LEAST_VIEWS_FOR_ROOM:
+    if placed < MIN_VIEWS_FOR_ROOM:
         return (
             f"it is made of {placed} pictures only",
-            f"{placed} pictures show little of a room: film {LEAST_VIEWS_FOR_ROOM} or more, all "
+            f"{placed} pictures show little of a room: film {MIN_VIEWS_FOR_ROOM} or more, all "
             "the way round.",
         )
     return None

@@ -20,13 +20,7 @@ from scenes.package import ScenePackage
 from scenes.render.renderer import Renderer
 from scenes.state import LiveSurface
 from studio.live.approach import Approach
-from studio.live.camera_frames import (
-    STREAM_ID,
-    CameraFrames,
-    PacketTap,
-    PictureTimes,
-    measured_fps,
-)
+from studio.live.camera_frames import STREAM_ID, CameraFrames, PacketTap, PictureTimes, measured_fps
 from studio.live.changes import Change, Changes
 from studio.live.placing import Locate, Placed, PlacedCamera, place_camera
 from studio.live.relocation import Lookout, Relocation

@@ -1,1 +1,4 @@
-"""The empty room in the lenses: drawn, exposed, learned, compared with the live pictures."""
+"""The empty room in the lenses: drawn, exposed, learned, compared with the live pictures.
+
+`images.py` (drawn, exposed, compared), `learning.py`.
+"""

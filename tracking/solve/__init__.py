@@ -1,1 +1,4 @@
-"""The pose that fits a window best, and its covariance."""
+"""The pose that fits a window best, and its covariance.
+
+`gauss_newton.py`, `slide.py`, `covariance.py`.
+"""

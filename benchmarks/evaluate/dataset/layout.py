@@ -203,7 +203,7 @@ Labelled = tuple[Mapping[str, Mapping[str, Visibility]], Mapping[str, int], int]
 
 
 def _labelled(folder: Path) -> Labelled:
-    """What each photo shows, the objects' labels, and photo pixels per label pixel."""
+    """Return the objects in each photo, their labels, and photo pixels per label pixel."""
     seen = read_json(folder / "capture/visible.json")
     visible = {
         Path(photo).name: {name: _visibility(value) for name, value in objects_seen}

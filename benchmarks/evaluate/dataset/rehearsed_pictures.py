@@ -98,7 +98,7 @@ class RehearsedPictures:
         return placements
 
     def _in_scan(self, true_from_body: Pose) -> Pose:
-        """Where the scan, whose world is off, has what truly is somewhere."""
+        """Return the pose in the scan, whose world is off, of a true pose."""
         return self._scan_from_real.moved(self._package_from_true @ true_from_body)
 
 

@@ -32,7 +32,7 @@ STILL_BARS = {
 
 
 def preparation_rows(prepared: PreparedDataset, *, quality: str) -> list[Row]:
-    """What the preparation and the cuts came to."""
+    """Return the figures of the preparation and the cuts."""
     psnr_bar = {"default": 31.0, "fine": 34.0}.get(quality)
     wall_bar = 6.0 if quality == "default" else None
     rows = [
@@ -51,7 +51,7 @@ def preparation_rows(prepared: PreparedDataset, *, quality: str) -> list[Row]:
 
 
 def tracking_rows(dataset: Dataset, tracked: Tracked) -> list[Row]:
-    """What the tracker reported, against the truth."""
+    """Return the tracker's figures against the truth."""
     rows: list[Row] = []
     for name, pictures in dataset.sets.items():
         for session in (name,) if name == "sequence" else (name, f"{name}_chained"):

@@ -60,7 +60,7 @@ def filmed(pictures: StillSet, still: Still) -> NDArray[np.uint8]:
 
 @dataclass(frozen=True, slots=True)
 class CameraLeft:
-    """What is left of the camera pose's error after the method's own refinement."""
+    """Remaining error of the camera's pose after the method's own refinement."""
 
     degrees: float
     millimetres: float

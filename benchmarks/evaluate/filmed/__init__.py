@@ -1,1 +1,1 @@
-"""What tables look at: takes of the physical rooms, and how methods play them."""
+"""Pictures that tables look at: takes of the physical rooms, and how methods play them."""

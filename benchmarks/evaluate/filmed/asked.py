@@ -1,4 +1,4 @@
-"""What an evaluation is asked for: methods, seeds, conditions."""
+"""Request for an evaluation: methods, seeds, conditions."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from studio.console.progress import Progress
 
 @dataclass(frozen=True, slots=True)
 class Asked:
-    """What is to be evaluated.
+    """Request for an evaluation.
 
     Attributes:
         methods: names of `studio.session.trackers.methods.METHODS`, in the order of the tables.

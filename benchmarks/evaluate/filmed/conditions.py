@@ -9,7 +9,7 @@ from sim.camera.sensor import SensorOptions
 
 @dataclass(frozen=True, slots=True)
 class Conditions:
-    """What stands between the room and the tracker.
+    """Everything between the room and the tracker.
 
     Attributes:
         lens_size_px: side of each lens's square picture, even.

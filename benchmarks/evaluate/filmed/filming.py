@@ -43,7 +43,7 @@ Advance = Callable[[float], None]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shot:
-    """What stands where when a picture is taken.
+    """Arrangement of a room in which a picture is taken.
 
     Attributes:
         t_ns: capture time; grows from shot to shot.

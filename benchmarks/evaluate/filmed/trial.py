@@ -27,7 +27,7 @@ from tracking.output import TrackingMethod, TrackOutput
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Answer:
-    """What one method said of one frame.
+    """One method's answer on one frame.
 
     Attributes:
         seq: frame counter.
@@ -52,7 +52,7 @@ class Answer:
         )
 
     def camera_left(self) -> tuple[float, float]:
-        """What is left of the camera's pose error: degrees and millimetres."""
+        """Return the remaining error of the camera's pose: degrees and millimetres."""
         if self.world_from_rig is None:
             return float("nan"), float("nan")
         apart = self.truth.world_from_rig.inverse() @ self.world_from_rig
@@ -156,7 +156,7 @@ def performed(
 
 
 def last_of(answers: Iterable[Mapping[str, Answer]]) -> Mapping[str, Answer]:
-    """What every method said of the last frame.
+    """Return every method's answer on the last frame.
 
     Raises:
         ValueError: there is no frame.

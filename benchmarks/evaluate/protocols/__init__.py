@@ -1,1 +1,1 @@
-"""What tables are measured on: stations, boards and rooms that are arranged for one question."""
+"""Stations, boards and rooms that are arranged to answer one question of a table."""

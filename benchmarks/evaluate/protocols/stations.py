@@ -79,7 +79,7 @@ TABLE = Protocol(
 
 @dataclass(frozen=True, slots=True)
 class Station:
-    """Where the object rests: which position (from 1), turned by how much, where that is."""
+    """Place at which the object rests: position (from 1), turn, pose."""
 
     position: int
     turn_deg: float

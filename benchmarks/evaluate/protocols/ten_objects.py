@@ -69,7 +69,7 @@ def ten_objects() -> tuple[PhysicalRoom, ScenePackage]:
 
 
 def scanned_poses(room: PhysicalRoom) -> Mapping[str, Pose]:
-    """Where every object stood when the room was scanned, by id."""
+    """Return every object's pose when the room was scanned, by id."""
     return {item.object_id: item.world_from_object for item in room.objects}
 
 

@@ -54,7 +54,7 @@ TRIES = 250
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Act:
-    """What one person does, frame by frame from its beginning.
+    """One person's action, frame by frame from its beginning.
 
     Attributes:
         object_id: what is moved.
@@ -69,7 +69,7 @@ class Act:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stage:
-    """What an act is planned on.
+    """Room and people that an act is planned with.
 
     Attributes:
         items: by object id.

@@ -1,4 +1,4 @@
-"""Where a method fails: kinds of failure by family, finish, size, and visibility."""
+"""Failures of a method by family, finish, size, and visibility."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ VISIBLE_PERCENT = (50.0, 70.0, 90.0, 99.0)
 
 
 def outcome(answer: Answer) -> str:
-    """What became of an object in a picture."""
+    """Return the outcome of an object in a picture."""
     if is_right(answer):
         return RIGHT
     if answer.error is None or answer.state is TrackState.LOST:

@@ -35,7 +35,7 @@ BARS = {
 
 
 def room_rows(method: str, rooms: Sequence[TrackedRoom]) -> list[Row]:
-    """What a method came to over all rooms.
+    """Return a method's figures over all rooms.
 
     Args:
         method: its name; only our own is held to bars.

@@ -1,4 +1,4 @@
-"""What is staged in a random room: stills with other arrangements, and a short sequence."""
+"""Stages a random room: stills with other arrangements, and a short sequence."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ COLD, SEQUENCE = "cold", "sequence"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Moment:
-    """What stands where in one picture.
+    """Arrangement of the room in one picture.
 
     Attributes:
         name: of the picture.
@@ -71,7 +71,7 @@ class Staged:
 
 
 def staged(room: RandomRoom) -> Staged:
-    """What the room's seed stages: six stills, and up to two people who move something."""
+    """Return what the room's seed stages: six stills, and up to two people who move something."""
     of_stills, of_acts, of_people = np.random.default_rng([room.seed, 2]).spawn(3)
     scanned = {item.object_id: item.world_from_object for item in room.scanned.objects}
     stills = tuple(

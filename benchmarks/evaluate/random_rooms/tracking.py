@@ -197,7 +197,7 @@ class RoomTrial:
 def who_is_who(
     twins: Sequence[str], reported: Mapping[str, Pose], true: Mapping[str, Pose]
 ) -> dict[str, str]:
-    """Which track is held against which true object: twins may have changed their names.
+    """Return the true object of each track: twins may have changed their names.
 
     Args:
         twins: ids of one kind.

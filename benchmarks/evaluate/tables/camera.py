@@ -1,4 +1,4 @@
-"""What self-calibration leaves of the camera's pose error."""
+"""Error of the camera's pose that self-calibration leaves."""
 
 from __future__ import annotations
 

@@ -91,7 +91,7 @@ def located(asked: Asked) -> Iterator[Row]:
 
 
 def calibrated(asked: Asked) -> Iterator[Row]:
-    """What is left of the lenses' and the pose's error when both are found together."""
+    """Return the remaining error of lenses and pose when both are found together."""
     left: list[tuple[float, float, float]] = []
     refused = 0
     size = asked.conditions.lens_size_px
@@ -164,7 +164,7 @@ def _sold_rig(size_px: int) -> Rig:
 
 
 def _believed_rig(true: Rig) -> Rig:
-    """What a circle in the picture tells of these lenses, 5 % too long."""
+    """Return the rig that a circle in the picture tells of, its lenses 5 % too long."""
     lenses = tuple(
         Fisheye(
             lens.width_px,

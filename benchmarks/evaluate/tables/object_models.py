@@ -1,4 +1,4 @@
-"""What the tracker takes for an object against the physical one: size, outline, surface.
+"""The tracker's model of an object against the physical one: size, outline, surface.
 
 Each scanned object is drawn alone from all around, as the tracker draws it, and compared with its
 mesh at the same pose. Its scale is the one at which its outlines would fit the real ones best; that

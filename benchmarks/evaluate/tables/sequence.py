@@ -110,7 +110,7 @@ def good_share(runs: Sequence[Sequence[Answer]], motion: Motion) -> float:
 
 
 def _stepped(motion: Motion, asked: Asked) -> Mapping[str, Mapping[int, list[list[Answer]]]]:
-    """What every method said at every frame step, one list a seed."""
+    """Return every method's answers at every frame step, one list a seed."""
     room = sample_room(motion.scene)
     trial = Trial(open_scene(motion.scene), asked.methods)
     found: dict[str, dict[int, list[list[Answer]]]] = {

@@ -285,7 +285,7 @@ def _report(results: Results, step_ms: float) -> Findings:
 
 
 def _draw(figure: Figure, results: Results) -> None:
-    """What is painted above what is shown."""
+    """Draw the painted surface above the shown one."""
     surfaces = next(iter(results.values()))
     axes = figure.subplots(2, len(surfaces), squeeze=False)
     for column, (name, every) in enumerate(surfaces.items()):

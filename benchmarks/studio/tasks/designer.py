@@ -1,4 +1,4 @@
-"""What the steps of a designer's day are measured by: an own room, cutting, physics, sharing."""
+"""Measures of a designer's day: an own room, cutting, physics, sharing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the steps of an operator's day are measured by: a project, checks, delays, a bump."""
+"""Measures of an operator's day: a project, checks, delays, a bump."""
 
 from __future__ import annotations
 
@@ -162,7 +162,7 @@ def bumped(folder: Path) -> list[Row]:
 
 @dataclass(frozen=True, slots=True)
 class AfterBump:
-    """What a session showed after a bump.
+    """Session after a bump, as it was seen.
 
     Attributes:
         thrown: objects at rest that were shown elsewhere than where they lie.
@@ -203,7 +203,7 @@ def judged_bump(
     at_s: float,
     lasts_s: float,
 ) -> AfterBump:
-    """What a tracker's answers show after a bump.
+    """Judge a tracker's answers after a bump.
 
     Args:
         outputs: per frame its time in seconds, the answer, and where objects really are.

@@ -1,4 +1,4 @@
-"""What the steps of a tester's day are measured by: the simulator, faults, comparing, exporting."""
+"""Measures of a tester's day: the simulator, faults, comparing, exporting."""
 
 from __future__ import annotations
 

@@ -11,3 +11,4 @@ pub(crate) mod ssim_window;
 pub mod step;
 pub(crate) mod sums;
 pub mod target;
+pub(crate) mod tile_pixels;

@@ -13,9 +13,10 @@ use crate::project::tile_box::TILE;
 use crate::render::job::Job;
 use crate::render::scratch::Scratch;
 use crate::tile::splat::TileWork;
-use crate::train::backward::{Sums, TilePixels, TrainingTile, SUMS};
+use crate::train::backward::{Sums, TrainingTile, SUMS};
 use crate::train::depth_bounds::DepthBounds;
 use crate::train::loss::Loss;
+use crate::train::tile_pixels::TilePixels;
 
 /// Sums per splat; buffers kept between pictures.
 #[derive(Default)]

@@ -1,1 +1,5 @@
-"""The live session in the window: address, layout, checks, one button, how it goes."""
+"""The live session in the window: address, layout, checks, one button, how it goes.
+
+`dock.py` of `head.py` (state, the one button, banner), `camera_view.py` (what the camera shows),
+`camera_page.py` (which camera), `words.py` (states and banners in words).
+"""

@@ -12,7 +12,6 @@ from PySide6.QtGui import QCloseEvent, QDesktopServices
 from PySide6.QtWidgets import (
     QHBoxLayout,
     QLabel,
-    QStackedWidget,
     QVBoxLayout,
     QWidget,
 )
@@ -27,7 +26,7 @@ from studio.app.timeline.actions import add_timeline_actions
 from studio.app.timeline.comparison.forking import TwoRuns
 from studio.app.timeline.comparison.runs import Runs
 from studio.app.timeline.comparison.view import ComparisonView
-from studio.app.timeline.empty_page import EmptyPage
+from studio.app.timeline.empty_page import EmptyPage, TimelinePages
 from studio.app.timeline.playback import Playback
 from studio.app.timeline.rows import Rows
 from studio.app.timeline.transport import Legend, Transport
@@ -40,23 +39,6 @@ if TYPE_CHECKING:
 
 POLL_MS = 15
 """Between two looks at clock and threads: below a frame of a 30 Hz view."""
-
-
-class _Pages(QStackedWidget):
-    """Pages of which the first, the empty one, may be lower than the others."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.currentChanged.connect(self.updateGeometry)
-
-    def hasHeightForWidth(self) -> bool:
-        """See Qt."""
-        return self.currentIndex() != 0 and super().hasHeightForWidth()
-
-    def minimumSizeHint(self) -> QSize:
-        """See Qt."""
-        is_empty = self.currentIndex() == 0
-        return self.currentWidget().minimumSizeHint() if is_empty else super().minimumSizeHint()
 
 
 class TimelineDock(QWidget):
@@ -119,7 +101,7 @@ class TimelineDock(QWidget):
             self._cover,
         )
         self.empty = EmptyPage(self.bench)
-        self.pages = _Pages()
+        self.pages = TimelinePages()
         for page in (self.empty, self.rows, self.view):
             self.pages.addWidget(page)
         whole = QVBoxLayout(self)

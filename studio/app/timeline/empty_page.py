@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from functools import partial
 
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QWidget
+from PySide6.QtCore import QSize
+from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QStackedWidget, QWidget
 
 from studio.app.model.standing import Mode
 from studio.app.model.workbench import Topic, Workbench
@@ -68,3 +69,20 @@ class EmptyPage(QWidget):
 
 def _clicked(bench: Workbench, action_id: str, _checked: bool = False) -> None:
     bench.do(action_id)
+
+
+class TimelinePages(QStackedWidget):
+    """Pages of which the first, the empty one, may be lower than the others."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.currentChanged.connect(self.updateGeometry)
+
+    def hasHeightForWidth(self) -> bool:
+        """See Qt."""
+        return self.currentIndex() != 0 and super().hasHeightForWidth()
+
+    def minimumSizeHint(self) -> QSize:
+        """See Qt."""
+        is_empty = self.currentIndex() == 0
+        return self.currentWidget().minimumSizeHint() if is_empty else super().minimumSizeHint()

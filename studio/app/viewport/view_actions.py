@@ -101,24 +101,7 @@ def _looking(grid: Views) -> list[Action]:
             grid.active.set_viewer(replace(viewer, orbit=target, mode="orbit"))
 
     return [
-        Action(
-            "view.frame",
-            "See the selection",
-            "View",
-            lambda: grid.active.frame(),
-            "",
-            "F",
-            icon="mdi6.image-filter-center-focus",
-        ),
-        Action(
-            "view.home",
-            "See the whole room",
-            "View",
-            lambda: grid.active.go_home(),
-            "",
-            "Shift+F",
-            icon="mdi6.home-outline",
-        ),
+        *_seeing(grid),
         Action(
             "view.mode", "Orbit, fly or walk", "View", mode, "the next, or by name", "V", ("name",)
         ),
@@ -143,6 +126,29 @@ def _looking(grid: Views) -> list[Action]:
             "View",
             look,
             arguments=("x", "y", "z", "yaw_deg", "pitch_deg", "away"),
+        ),
+    ]
+
+
+def _seeing(grid: Views) -> list[Action]:
+    return [
+        Action(
+            "view.frame",
+            "See the selection",
+            "View",
+            lambda: grid.active.frame(),
+            "",
+            "F",
+            icon="mdi6.image-filter-center-focus",
+        ),
+        Action(
+            "view.home",
+            "See the whole room",
+            "View",
+            lambda: grid.active.go_home(),
+            "",
+            "Shift+F",
+            icon="mdi6.home-outline",
         ),
     ]
 

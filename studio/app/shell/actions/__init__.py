@@ -1,1 +1,4 @@
-"""Actions of the main window's menus and keys, a file a subject."""
+"""Actions of the main window's menus and keys, a file a subject.
+
+Files, `export.py` (splats to a file), sessions, live, tracker, window.
+"""

@@ -205,8 +205,7 @@ def _actor(shape: Shape) -> Any:
     look = actor.GetProperty()
     actor.ForceOpaqueOn()  # VTK's pass for transparent bodies writes no depth
     if isinstance(shape, Solid):
-        source = _source(shape)  # a port does not keep what it belongs to
-        mapper.SetInputConnection(source.GetOutputPort())
+        mapper.SetInputData(_solid_data(shape.form))
         look.SetOpacity(shape.opacity)
         look.SetBackfaceCulling(int(shape.form != "cone"))  # else a glass ball is two layers deep
         look.SetAmbient(0.25)
@@ -233,42 +232,22 @@ def _actor(shape: Shape) -> Any:
     return actor
 
 
-def _source(shape: Solid) -> Any:
-    """A VTK source of unit size, which the actor scales."""
-    from vtkmodules.vtkFiltersSources import (
-        vtkConeSource,
-        vtkCubeSource,
-        vtkCylinderSource,
-        vtkSphereSource,
-    )
+def _solid_data(form: str) -> Any:
+    """A body of unit size, which the actor scales; a cylinder stands along z."""
+    import pyvista
 
-    if shape.form == "box":
-        return vtkCubeSource()
-    if shape.form == "ball":
-        ball = vtkSphereSource()
-        ball.SetRadius(0.5)
-        ball.SetThetaResolution(ROUND)
-        ball.SetPhiResolution(ROUND)
-        return ball
-    if shape.form == "cone":
-        cone = vtkConeSource()
-        cone.SetRadius(0.5)
-        cone.SetHeight(1.0)
-        cone.SetResolution(ROUND)
-        return cone
-    cylinder = vtkCylinderSource()
-    cylinder.SetRadius(0.5)
-    cylinder.SetHeight(1.0)
-    cylinder.SetResolution(ROUND)
-    return cylinder
+    if form == "box":
+        return pyvista.Cube()
+    if form == "ball":
+        return pyvista.Sphere(radius=0.5, theta_resolution=ROUND, phi_resolution=ROUND)
+    if form == "cone":
+        return pyvista.Cone(radius=0.5, height=1.0, resolution=ROUND)
+    return pyvista.Cylinder(direction=(0, 0, 1), radius=0.5, height=1.0, resolution=ROUND)
 
 
 def _place(actor: Any, shape: Solid) -> None:
     scale = np.diag([*shape.size_m, 1.0])
-    # VTK's cylinder stands along y, ours along z.
-    turn = np.array([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]], dtype=float)
-    own = scale @ turn if shape.form == "cylinder" else scale
-    actor.SetUserMatrix(_matrix(shape.world_from_body.matrix() @ own))
+    actor.SetUserMatrix(_matrix(shape.world_from_body.matrix() @ scale))
 
 
 def _matrix(values: NDArray[np.float64]) -> Any:
@@ -280,78 +259,46 @@ def _matrix(values: NDArray[np.float64]) -> Any:
 
 
 def _line_data(points: NDArray[np.float64]) -> Any:
-    from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
+    import pyvista
 
-    cells = vtkCellArray()
     parts = pieces(points)
-    first = 0
-    for part in parts:
-        cells.InsertNextCell(len(part))
-        for i in range(first, first + len(part)):
-            cells.InsertCellPoint(i)
-        first += len(part)
-    data = vtkPolyData()
-    data.SetPoints(_vtk_points(np.concatenate(parts) if parts else np.zeros((0, 3))))
-    data.SetLines(cells)
-    return data
+    starts = np.cumsum([0, *map(len, parts)])
+    lines = [
+        np.r_[len(part), first + np.arange(len(part))]
+        for part, first in zip(parts, starts[:-1], strict=True)
+    ]
+    return pyvista.PolyData(
+        np.concatenate(parts) if parts else np.zeros((0, 3)),
+        lines=np.concatenate(lines) if lines else None,
+    )
 
 
 def _mesh_data(mesh: CollisionMesh) -> Any:
-    from vtkmodules.vtkCommonDataModel import vtkPolyData
+    import pyvista
 
-    data = vtkPolyData()
-    data.SetPoints(_vtk_points(mesh.vertices))
-    data.SetPolys(_vtk_cells(mesh.faces))
-    return data
+    return pyvista.PolyData.from_regular_faces(mesh.vertices, mesh.faces)
 
 
 def _surface_data(geometry: Geometry) -> Any:
     """Triangles with normals, parted at edges sharper than 40 degrees so that a box looks so."""
-    from vtkmodules.util.numpy_support import numpy_to_vtk
-    from vtkmodules.vtkCommonDataModel import vtkPolyData
-    from vtkmodules.vtkFiltersCore import vtkPolyDataNormals
+    import pyvista
 
-    data = vtkPolyData()
-    data.SetPoints(_vtk_points(geometry.vertices))
-    data.SetPolys(_vtk_cells(geometry.faces))
-    data.GetPointData().SetScalars(numpy_to_vtk(geometry.colours, deep=True))
-    normals = vtkPolyDataNormals()
-    normals.SetInputData(data)
-    normals.SetFeatureAngle(40.0)
-    normals.ConsistencyOff()
-    normals.Update()
-    return normals.GetOutput()
+    data = pyvista.PolyData.from_regular_faces(geometry.vertices, geometry.faces)
+    data.point_data.set_array(geometry.colours, "colours")
+    data.set_active_scalars("colours")
+    return data.compute_normals(
+        cell_normals=False, split_vertices=True, feature_angle=40.0, consistent_normals=False
+    )
 
 
 def _squares_data(shape: Squares) -> Any:
-    from vtkmodules.util.numpy_support import numpy_to_vtk
-    from vtkmodules.vtkCommonDataModel import vtkPolyData
+    import pyvista
 
-    data = vtkPolyData()
-    data.SetPoints(_vtk_points(shape.corners.reshape(-1, 3)))
-    data.SetPolys(_vtk_cells(np.arange(4 * len(shape.corners)).reshape(-1, 4)))
-    colours = (255 * np.clip(shape.colours, 0, 1)).astype(np.uint8)
-    data.GetCellData().SetScalars(numpy_to_vtk(colours, deep=True))
+    faces = np.arange(4 * len(shape.corners)).reshape(-1, 4)
+    data = pyvista.PolyData.from_regular_faces(shape.corners.reshape(-1, 3), faces)
+    data.cell_data["colours"] = (255 * np.clip(shape.colours, 0, 1)).astype(np.uint8)
+    data.set_active_scalars("colours")
     return data
-
-
-def _vtk_points(points: NDArray[Any]) -> Any:
-    from vtkmodules.util.numpy_support import numpy_to_vtk
-    from vtkmodules.vtkCommonCore import vtkPoints
-
-    made = vtkPoints()
-    made.SetData(numpy_to_vtk(np.ascontiguousarray(points, dtype=np.float64), deep=True))
-    return made
-
-
-def _vtk_cells(corners: NDArray[Any]) -> Any:
-    from vtkmodules.util.numpy_support import numpy_to_vtkIdTypeArray
-    from vtkmodules.vtkCommonDataModel import vtkCellArray
-
-    cells = vtkCellArray()
-    flat = np.ascontiguousarray(corners, dtype=np.int64).ravel()
-    cells.SetData(corners.shape[1], numpy_to_vtkIdTypeArray(flat, deep=True))
-    return cells
 
 
 _TRIAL_POSE = Pose(np.eye(3), np.array([0.0, 0.0, 3.0]))

@@ -18,7 +18,7 @@ from studio.app.viewport.drawing.mesh_picture import (
 from studio.app.viewport.drawing.opengl_trial import can_try_opengl
 from studio.app.viewport.drawing.shapes import Shape
 
-MOST_WAITING = 16
+MAX_WAITING = 16
 """Pictures that wait at a time: every view and small picture waits for one of its own at most."""
 
 
@@ -43,7 +43,7 @@ class MeshThread:
     def __init__(self) -> None:
         self.problems: Slot[str] = Slot()
         """Why meshes cannot be drawn here, once."""
-        self._queue: BoundedQueue[_Wanted] = BoundedQueue(MOST_WAITING, name="mesh pictures")
+        self._queue: BoundedQueue[_Wanted] = BoundedQueue(MAX_WAITING, name="mesh pictures")
         self._task = Task("meshes", self._run)
         self._task.start()
 
