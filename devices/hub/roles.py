@@ -1,0 +1,56 @@
+"""Roles of people in a session, and what each may do."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+
+
+class Role(StrEnum):
+    """A person's part in a session."""
+
+    LOCAL = "local"
+    REMOTE = "remote"
+    OPERATOR = "operator"
+    SPECTATOR = "spectator"
+
+
+class Op(StrEnum):
+    """A change of the session that a person can ask for."""
+
+    LINE = "line"
+    SURFACE = "surface"
+    UNDO = "undo"
+
+
+RIGHTS: Mapping[Role, frozenset[Op]] = {
+    Role.LOCAL: frozenset(Op),
+    Role.REMOTE: frozenset(Op),
+    Role.OPERATOR: frozenset(Op),
+    Role.SPECTATOR: frozenset(),
+}
+"""Operations that each role may ask for; what only the operator may do is no message at all."""
+
+
+@dataclass(frozen=True, slots=True)
+class Person:
+    """Somebody who is connected.
+
+    Attributes:
+        person_id: unique in the session, such as "p1".
+        index: the same as a number, 0..65535.
+        name: as they call themselves.
+        role: their part.
+        is_muted: whether their body and operations are refused.
+        is_connected: false while a connection that broke may come back.
+        latency_ms: round trip of the newest ping; None before the first.
+    """
+
+    person_id: str
+    index: int
+    name: str
+    role: Role
+    is_muted: bool = False
+    is_connected: bool = True
+    latency_ms: float | None = None
