@@ -4,7 +4,6 @@
 `site.py` (HTTP), `connection.py` (one client's WebSocket). Below them no socket: `session.py` (what
 is shared), `attendance.py` (people) with `roles.py`, `outbox.py` (what waits for a client) on
 `channels.py` (states, log, bodies), `board.py` (lines, surfaces, undo), `inbox.py` (what the
-program takes). `pairing.py` `tokens.py` `rates.py` `certificates.py` (who is let in, how often, how
-it is known that it is this machine); `messages.py` (text read and checked), `wire.py` (head, hands
-and controllers in bytes).
+program takes); `messages.py` (text read and checked), `wire.py` (head, hands and controllers in
+bytes).
 """

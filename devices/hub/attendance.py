@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
+from devices.hub.entry.rates import Bucket
+from devices.hub.entry.tokens import TOKEN_NS
 from devices.hub.outbox import Outbox
-from devices.hub.rates import Bucket
 from devices.hub.roles import Person, Role
-from devices.hub.tokens import TOKEN_NS
 
 AWAY_NS = 30 * 10**9
 """Time for which somebody whose connection broke is still listed: a walk through a dead spot."""

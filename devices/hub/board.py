@@ -162,7 +162,7 @@ class Board:
         return changed
 
     def put(self, drawn: Drawn) -> bool:
-        """Replace a line or surface, one without points goes; return whether any was or is there."""
+        """Replace a line or surface, one without points goes; return whether that is a change."""
         there = self._of(drawn.op)
         old = there.pop(drawn.key, None)
         if len(drawn.points):

@@ -106,7 +106,7 @@ class Connection:
         try:
             message = await self._socket.receive(HELLO_S)
             found = read_message(message.data) if message.type is WSMsgType.TEXT else None
-        except (asyncio.TimeoutError, OpError) as error:
+        except (TimeoutError, OpError) as error:
             raise MessageError("the first message has to be hello") from error
         if not isinstance(found, Hello):
             raise MessageError("the first message has to be hello")
@@ -198,7 +198,7 @@ class Connection:
 
 
 def _keep_little_waiting(transport: asyncio.Transport) -> None:
-    """Let messages wait in the outbox, where the newest wins, rather than in the system's buffers."""
+    """Let messages wait in the outbox, where the newest wins, not in the system's buffers."""
     transport.set_write_buffer_limits(high=MAX_WAITING_BYTES)
     wire = transport.get_extra_info("socket")
     option = getattr(socket, "TCP_NOTSENT_LOWAT", None)

@@ -15,7 +15,7 @@ from devices.hub.roles import Op
 from devices.hub.wire import MAX_ROOM_M
 
 MAX_TEXT_BYTES = 128 * 1024
-"""Length of a text message: a line of `MAX_POINTS` points as browsers print doubles, and as much."""
+"""Length of a text: a line of `MAX_POINTS` points as browsers print doubles, and as much again."""
 
 MAX_POINTS = 1000
 """Points of a line; chosen: 20 m in steps of 2 cm."""
@@ -167,7 +167,9 @@ def _read_do(fields: dict[str, Any]) -> Do:
 
 
 def _points(fields: dict[str, Any]) -> NDArray[np.float64]:
-    given = fields.get("points") or []
+    given: object = fields.get("points")
+    if given is None:
+        return np.zeros((0, 3))
     if not isinstance(given, list):
         raise MessageError("points: wanted a list")
     points = cast(list[Any], given)

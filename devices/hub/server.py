@@ -12,14 +12,19 @@ from typing import Any
 from aiohttp import web
 
 from devices.clock import Clock
-from devices.hub.certificates import Certificates, host_names, keep_certificates, lan_addresses
 from devices.hub.connection import Connection
 from devices.hub.contract import Arrived, Asset, HubCounts, HubSettings, Invitation
-from devices.hub.pairing import PairingCodes
+from devices.hub.entry.certificates import (
+    Certificates,
+    host_names,
+    keep_certificates,
+    lan_addresses,
+)
+from devices.hub.entry.pairing import PairingCodes
+from devices.hub.entry.tokens import Tokens
 from devices.hub.roles import Person, Role
 from devices.hub.session import Session
 from devices.hub.site import HEADERS, Site, is_loopback
-from devices.hub.tokens import Tokens
 from scenes.state import SceneState
 from scenes.workers.task import Task
 

@@ -9,7 +9,7 @@ import threading
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -17,15 +17,15 @@ from devices.hub.attendance import Attendance, Guest
 from devices.hub.board import Board, Drawn, drawn_line, drawn_surface
 from devices.hub.channels import BodyChannel, LogChannel, StateChannel, to_text
 from devices.hub.contract import Arrived
+from devices.hub.entry.pairing import PairingCodes, PairingRefused
+from devices.hub.entry.rates import Bucket
+from devices.hub.entry.tokens import Ticket, TokenRefused, Tokens
 from devices.hub.inbox import Inbox
 from devices.hub.messages import Do, Hello, MessageError, OpError, Ping, Seen, read_message
 from devices.hub.outbox import Outbox, Sent
-from devices.hub.pairing import PairingCodes, PairingRefused
-from devices.hub.rates import Bucket
 from devices.hub.roles import RIGHTS, Op, Person, Role
-from devices.hub.tokens import Ticket, TokenRefused, Tokens
 from devices.hub.wire import WireError, check_body, head_only
-from scenes.state import Annotation, LiveSurface, SceneState
+from scenes.state import SceneState
 
 MAX_FAULTS = 20
 """Messages that cannot be read after which a person's connection is closed."""
@@ -89,16 +89,15 @@ class Session:
         """Return a token for a code, which is used up.
 
         Raises:
-            PairingRefused: it is wrong, or there is no room.
+            PairingRefused: it is wrong.
+            Refused: the room is full.
         """
         try:
-            if len(self._attendance.listed(now_ns)) >= self._max_people:
-                raise PairingRefused("the room is full", status=503, kind="full")
-            if self._attendance.arriving() >= MAX_ARRIVING:
-                raise PairingRefused("too many arrive at once", status=503, kind="full")
+            if self._is_full(now_ns) or self._attendance.arriving() >= MAX_ARRIVING:
+                _turn_away()
             role = self.codes.redeem(code, address=address, now_ns=now_ns)
             guest = self._attendance.add(name, role, now_ns)
-        except PairingRefused as error:
+        except (PairingRefused, Refused) as error:
             self.refuse(error.kind, f"{address}: {error}", now_ns)
             raise
         self._note("paired", f"{name} ({guest.person.person_id}) has paired as {role}")
@@ -120,9 +119,8 @@ class Session:
         """
         try:
             guest, number = self._guest_of(hello.token, now_ns)
-            listed = self._attendance.listed(now_ns)
-            if guest not in listed and len(listed) >= self._max_people:
-                raise Refused("the room is full", kind="full")
+            if not guest.is_listed(now_ns) and self._is_full(now_ns):
+                _turn_away()
         except Refused as error:
             self.refuse(error.kind, f"{address}: {error}", now_ns)
             raise
@@ -292,6 +290,9 @@ class Session:
         if self._lines_of_refusals.take(now_ns):
             self._note("refused", text)
 
+    def _is_full(self, now_ns: int) -> bool:
+        return len(self._attendance.listed(now_ns)) >= self._max_people
+
     def _guest_of(self, token: str, now_ns: int) -> tuple[Guest, int]:
         try:
             ticket = self.tokens.read(token, now_ns)
@@ -395,6 +396,10 @@ class Session:
 
 def _rights(person: Person) -> list[Op]:
     return [] if person.is_muted else sorted(RIGHTS[person.role])
+
+
+def _turn_away() -> NoReturn:
+    raise Refused("the room is full", kind="full")
 
 
 _NONE = np.zeros((0, 3))

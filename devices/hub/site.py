@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import gzip
 import hashlib
 import ipaddress
 import re
@@ -15,9 +14,9 @@ from aiohttp import web
 from devices.clock import Clock
 from devices.hub.channels import to_text
 from devices.hub.contract import Asset
+from devices.hub.entry.pairing import PairingRefused
 from devices.hub.messages import MessageError, clean_name, read_object
-from devices.hub.pairing import PairingRefused
-from devices.hub.session import Session
+from devices.hub.session import Refused, Session
 
 MAX_PAIR_BYTES = 4096
 """Length of a request to pair: a code and a name."""
@@ -48,7 +47,7 @@ HEADERS: Mapping[str, str] = {
     "Referrer-Policy": "no-referrer",
     "Cross-Origin-Opener-Policy": "same-origin",
     "Cross-Origin-Resource-Policy": "same-origin",
-    "Permissions-Policy": "xr-spatial-tracking=(self), microphone=(self), camera=(), geolocation=()",
+    "Permissions-Policy": "xr-spatial-tracking=(self), microphone=(self), camera=()",
 }
 """Sent with every answer."""
 
@@ -116,10 +115,7 @@ class Site:
         try:
             async with asyncio.timeout(READ_S):
                 data = await _read_at_most(request, MAX_PAIR_BYTES)
-            fields = read_object(data)
-            code, name = fields.get("code"), clean_name(fields.get("name", "somebody"))
-            if not isinstance(code, str):
-                raise MessageError("code: wanted a text")
+            code, name = _read_pairing(data)
         except (MessageError, TimeoutError) as error:
             self._refuse("message", request, f"pair: {error}")
             return _error(400, f"pair: {error}")
@@ -130,6 +126,8 @@ class Site:
                 )
         except PairingRefused as error:
             return _error(error.status, str(error))
+        except Refused as error:
+            return _error(503, str(error))
         return _json({"token": token})
 
     async def _asset(self, request: web.BaseRequest, path: str) -> web.StreamResponse:
@@ -189,6 +187,15 @@ def _is_same_origin(request: web.BaseRequest) -> bool:
     if origin is None:
         return True
     return origin.lower() == f"{request.scheme}://{request.headers.get('Host', '')}".lower()
+
+
+def _read_pairing(data: bytes) -> tuple[str, str]:
+    """Return code and name of a request to pair."""
+    fields = read_object(data)
+    code, name = fields.get("code"), clean_name(fields.get("name", "somebody"))
+    if not isinstance(code, str):
+        raise MessageError("code: wanted a text")
+    return code, name
 
 
 async def _read_at_most(request: web.BaseRequest, limit: int) -> bytes:

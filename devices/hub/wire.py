@@ -35,7 +35,7 @@ class Hand:
 
 @dataclass(frozen=True, slots=True)
 class Controller:
-    """A controller: where it points from, how it is held (both in glTF axes), its buttons and axes."""
+    """A controller: where it points from and is held, both in glTF axes; its buttons and axes."""
 
     room_from_aim: Pose
     room_from_grip: Pose
@@ -84,7 +84,7 @@ MAX_ROOM_M = 100.0
 """Distance from the room's origin along an axis, metres; chosen: no room is larger."""
 
 MAX_NORM_ERROR = 0.01
-"""Deviation of a quaternion's norm from 1: float32 stays below 1e-6, a rounding device below this."""
+"""Deviation of a quaternion's norm from 1: float32 stays below 1e-6, devices that round below."""
 
 MAX_BODY_BYTES = 574
 """Length with everything in it: 16 + 28 + 2 × 66 + 2 × 187 + 24."""
@@ -115,7 +115,7 @@ def encode_body(body: Body) -> bytes:
     """Return a body as bytes, little endian.
 
     Layout: `u8 version, u8 kind = 1, u16 flags, u32 seq, u64 t_us`, then what the flags (1 head,
-    2 and 4 controllers, 8 and 16 hands, 32 ray) name, in this order: head and poses of controllers as
+    2 and 4 controllers, 8 and 16 hands, 32 ray) name, in this order: head and controllers' poses as
     7 f32 (x y z, qx qy qz qw), a controller as aim, grip, `u16 buttons, 4 i16 axes`; a hand as
     `3 f32` of its wrist, then 25 × (`3 i16` millimetres from the wrist, `u8` radius, millimetres);
     a ray as 6 f32.

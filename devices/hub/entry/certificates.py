@@ -179,7 +179,7 @@ def _name(text: str) -> x509.Name:
 
 
 def _alternatives(names: Sequence[str]) -> list[x509.GeneralName]:
-    """Return names and addresses as a certificate lists them; those that are neither are left out."""
+    """Return names and addresses as a certificate lists them, without those that are neither."""
     found: dict[str, x509.GeneralName] = {}
     for name in ("localhost", "127.0.0.1", "::1", *names):
         try:
