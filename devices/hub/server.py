@@ -282,7 +282,7 @@ class Hub:
     async def _talk(self, request: web.BaseRequest, address: str) -> web.StreamResponse:
         if not web.WebSocketResponse().can_prepare(request):
             return web.Response(status=426, text="a WebSocket", headers=HEADERS)
-        connection = Connection(self._session, self._clock, self._wake_all)
+        connection = Connection(self._session, self._clock, self._connections)
         self._connections.add(connection)
         try:
             return await connection.serve(request, address)

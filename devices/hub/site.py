@@ -12,11 +12,12 @@ from pathlib import Path
 from aiohttp import web
 
 from devices.clock import Clock
+from devices.hub.admission import Refused
 from devices.hub.channels import to_text
 from devices.hub.contract import Asset
 from devices.hub.entry.pairing import PairingRefused
 from devices.hub.messages import MessageError, clean_name, read_object
-from devices.hub.session import Refused, Session
+from devices.hub.session import Session
 
 MAX_PAIR_BYTES = 4096
 """Length of a request to pair: a code and a name."""
