@@ -72,7 +72,7 @@ def attack_hub(streams: int, first_seed: int = 0) -> AttackCounts:
             try:
                 if is_let_in:
                     for seed in range(first_seed + at, first_seed + at + count):
-                        _misbehave_inside(address, greeting, seed, valid[REQUESTS:])
+                        _misbehave_inside(address, valid[REQUESTS:], greeting=greeting, seed=seed)
                 else:
                     attack(address, valid, count, first_seed + at)
                 _check_page(address)
@@ -91,7 +91,7 @@ def attack_hub(streams: int, first_seed: int = 0) -> AttackCounts:
 
 
 def _misbehave_inside(
-    address: tuple[str, int], greeting: bytes, seed: int, valid: Sequence[bytes]
+    address: tuple[str, int], valid: Sequence[bytes], *, greeting: bytes, seed: int
 ) -> None:
     """Be let in, send one hostile stream, wait for the hub's end, hang up.
 

@@ -36,7 +36,7 @@ MAX_TIMES = 2_000_000
 
 @dataclass(frozen=True, slots=True)
 class Orders:
-    """What the crowd does.
+    """A crowd to come.
 
     Attributes:
         url: of the hub.

@@ -109,7 +109,7 @@ class _Reading:
         self._now_ns += 10**8
         message = read_message(data.decode("utf-8", "replace"))
         if isinstance(message, Do):
-            json.dumps(self._board.do("p1", message, self._now_ns).entry(), allow_nan=False)
+            json.dumps(self._board.do("p1", message, now_ns=self._now_ns).entry(), allow_nan=False)
 
 
 def _read_pairing(data: bytes) -> None:

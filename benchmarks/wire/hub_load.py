@@ -84,7 +84,7 @@ def load_hub(clients: int, *, hz: float, seconds: float) -> LoadFigures:
         crowd.say(json.dumps(asdict(Orders(hub.url, clients, hz, seconds))))
         while len(hub.people()) < clients and crowd.is_running:
             time.sleep(0.05)
-        measured = _drive(hub, crowd, seconds + PATIENCE_S)
+        measured = _drive(hub, crowd, limit_s=seconds + PATIENCE_S)
         if not lines:
             raise OSError(f"the crowd has failed: {' '.join(crowd.last_words()[-3:])}")
         counts = hub.counts()
@@ -97,7 +97,7 @@ def load_hub(clients: int, *, hz: float, seconds: float) -> LoadFigures:
 
 
 def _drive(
-    hub: Hub, crowd: ChildProcess, limit_s: float
+    hub: Hub, crowd: ChildProcess, *, limit_s: float
 ) -> tuple[float, float, tuple[float, float], tuple[float, float]]:
     """Publish and take until the crowd has gone; return processor share, growth, and both times."""
     publish_ms: list[float] = []

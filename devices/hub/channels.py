@@ -1,4 +1,4 @@
-"""What everybody gets: the newest state, the log in order, the newest bodies. No socket here."""
+"""Channels to everybody: the newest state, the log in order, the newest bodies. No socket here."""
 
 from __future__ import annotations
 

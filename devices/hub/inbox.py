@@ -1,4 +1,4 @@
-"""What people have sent, as the session takes it: newest of each, in its own types and axes."""
+"""Everything that people have sent, newest of each, in the session's own types and axes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What waits to be sent to one client, and at which pace it goes: freshest first, log in order."""
+"""Messages that wait for one client, and their pace: freshest first, the log in order."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ class Outbox:
             self._unseen.popleft()
         return self._first_version <= version <= self._sent_version
 
-    def take(self, states: StateChannel, bodies: BodyChannel, now_ns: int) -> str | bytes | None:
+    def take(self, states: StateChannel, bodies: BodyChannel, *, now_ns: int) -> str | bytes | None:
         """Return the next message; None where nothing is due.
 
         Args:
@@ -110,13 +110,15 @@ class Outbox:
             bodies: newest bodies.
             now_ns: session time.
         """
-        message = self._next(states, bodies, now_ns)
+        message = self._next(states, bodies, now_ns=now_ns)
         if message is not None:
             self.sent.messages += 1
             self.sent.bytes += len(message)
         return message
 
-    def _next(self, states: StateChannel, bodies: BodyChannel, now_ns: int) -> str | bytes | None:
+    def _next(
+        self, states: StateChannel, bodies: BodyChannel, *, now_ns: int
+    ) -> str | bytes | None:
         if self._texts:
             text = self._texts.popleft()
             self._text_bytes -= len(text)

@@ -301,7 +301,7 @@ class Hub:
         if not web.WebSocketResponse().can_prepare(request):
             return web.Response(status=426, text="a WebSocket", headers=HEADERS)
         self._publish()
-        connection = Connection(self._session, self._clock, self._connections)
+        connection = Connection(self._session, clock=self._clock, peers=self._connections)
         self._connections.add(connection)
         try:
             return await connection.serve(request, address)

@@ -8,7 +8,7 @@ from __future__ import annotations
 import threading
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -39,6 +39,14 @@ SHOWN_NS = 2 * 10**9
 
 SAY_HZ, SAY_BURST = 2.0, 30.0
 """Lines about refusals in the log: an attack does not fill it; counts go on."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Visit:
+    """A person while one connection lasts."""
+
+    guest: Guest
+    outbox: Outbox
 
 
 class Session:
@@ -81,7 +89,7 @@ class Session:
         try:
             guest = self._door.pair(code, name=name, address=address, now_ns=now_ns)
         except (PairingRefused, Refused) as error:
-            self.refuse(error.kind, f"{address}: {error}", now_ns)
+            self.refuse(f"{address}: {error}", kind=error.kind, now_ns=now_ns)
             raise
         self._note("paired", f"{self._called(guest)} has paired as {guest.person.role}")
         return self._door.new_token(guest, now_ns)
@@ -94,7 +102,7 @@ class Session:
             return False
         return True
 
-    def enter(self, hello: Hello, *, address: str, now_ns: int) -> tuple[Guest, Outbox]:
+    def enter(self, hello: Hello, *, address: str, now_ns: int) -> Visit:
         """Let somebody in whose token is good; the welcome waits in their outbox.
 
         Raises:
@@ -103,23 +111,25 @@ class Session:
         try:
             guest = self._door.admit(hello.token, now_ns)
         except Refused as error:
-            self.refuse(error.kind, f"{address}: {error}", now_ns)
+            self.refuse(f"{address}: {error}", kind=error.kind, now_ns=now_ns)
             raise
         if guest.outbox is not None:
             guest.outbox.end("you came in again on another connection")
         is_back = guest.is_listed(now_ns)
         outbox = Outbox(guest.person.index, self.sent)
+        visit = Visit(guest, outbox)
         guest.outbox, guest.has_joined = outbox, True
         name = guest.person.name if hello.name is None else hello.name
         guest.person = replace(guest.person, name=name, is_connected=True)
-        self._welcome(guest, outbox, hello, now_ns)
+        self._welcome(visit, hello, now_ns=now_ns)
         self._tell_people(now_ns)
         verb = "is back" if is_back else "joined"
         self._note("joined", f"{self._called(guest)} {verb} as {guest.person.role}")
-        return guest, outbox
+        return visit
 
-    def leave(self, guest: Guest, outbox: Outbox, now_ns: int) -> None:
+    def leave(self, visit: Visit, now_ns: int) -> None:
         """Note that a connection has ended."""
+        guest, outbox = visit.guest, visit.outbox
         if guest.outbox is not outbox:
             return
         guest.outbox, guest.away_since_ns = None, now_ns
@@ -127,11 +137,12 @@ class Session:
         self.bodies.drop(guest.person.index)
         self._note("away", f"{self._called(guest)} has lost the connection")
 
-    def hear(self, guest: Guest, outbox: Outbox, text: str, *, now_ns: int) -> bool:
+    def hear(self, visit: Visit, text: str, *, now_ns: int) -> bool:
         """Take a text from somebody; return whether the others get something of it."""
+        guest, outbox = visit.guest, visit.outbox
         limits = guest.limits
         if not (limits.texts.take(now_ns) and limits.text_bytes.take(now_ns, float(len(text)))):
-            self.refuse("rate", f"{self._called(guest)} sends too much", now_ns)
+            self.refuse(f"{self._called(guest)} sends too much", kind="rate", now_ns=now_ns)
             outbox.end("you send too much")
             return False
         try:
@@ -143,17 +154,18 @@ class Session:
                 pong = {"kind": "pong", "t_us": message.t_us, "hub_t_us": now_ns // 1000}
                 outbox.put(to_text(pong))
             elif isinstance(message, Do):
-                self._do(guest, outbox, message, now_ns)
+                self._do(visit, message, now_ns=now_ns)
                 return True
         except OpError as error:
-            self.refuse("op", f"{self._called(guest)}: {error}", now_ns)
+            self.refuse(f"{self._called(guest)}: {error}", kind="op", now_ns=now_ns)
             outbox.put(to_text({"kind": "refused", "id": error.op_id, "why": str(error)}))
         except MessageError as error:
-            self.fault(guest, outbox, str(error), now_ns=now_ns)
+            self.fault(visit, str(error), now_ns=now_ns)
         return False
 
-    def see_body(self, guest: Guest, outbox: Outbox, data: bytes, *, now_ns: int) -> bool:
+    def see_body(self, visit: Visit, data: bytes, *, now_ns: int) -> bool:
         """Take a body from somebody; return whether the others get it."""
+        guest = visit.guest
         if guest.person.is_muted:
             self.refused["muted"] += 1
             return False
@@ -163,7 +175,7 @@ class Session:
         try:
             check_body(data)
         except WireError as error:
-            self.fault(guest, outbox, str(error), now_ns=now_ns)
+            self.fault(visit, str(error), now_ns=now_ns)
             return False
         if guest.person.role is Role.SPECTATOR:
             data = head_only(data)
@@ -171,10 +183,11 @@ class Session:
         self.bodies.put(guest.person.index, data)
         return True
 
-    def fault(self, guest: Guest, outbox: Outbox, why: str, *, now_ns: int) -> None:
+    def fault(self, visit: Visit, why: str, *, now_ns: int) -> None:
         """Count a message that cannot be read; too many end the connection."""
+        guest, outbox = visit.guest, visit.outbox
         guest.faults += 1
-        self.refuse("message", f"{self._called(guest)}: {why}", now_ns)
+        self.refuse(f"{self._called(guest)}: {why}", kind="message", now_ns=now_ns)
         if guest.faults > MAX_FAULTS:
             guest.faults = 0
             outbox.end(f"your messages cannot be read: {why}")
@@ -262,13 +275,14 @@ class Session:
         """Note how long a ping and its answer took."""
         guest.person = replace(guest.person, latency_ms=round_trip_ns / 1e6)
 
-    def refuse(self, kind: str, text: str, now_ns: int) -> None:
+    def refuse(self, text: str, *, kind: str, now_ns: int) -> None:
         """Count a refusal, and say so unless there are too many."""
         self.refused[kind] += 1
         if self._lines_of_refusals.take(now_ns):
             self._note("refused", text)
 
-    def _welcome(self, guest: Guest, outbox: Outbox, hello: Hello, now_ns: int) -> None:
+    def _welcome(self, visit: Visit, hello: Hello, *, now_ns: int) -> None:
+        guest, outbox = visit.guest, visit.outbox
         person = guest.person
         entries = None if hello.log_seq is None else self.log.since(hello.log_seq)
         states = self.states
@@ -294,7 +308,8 @@ class Session:
         for entry in entries or ():
             outbox.put(entry)
 
-    def _do(self, guest: Guest, outbox: Outbox, do: Do, now_ns: int) -> None:
+    def _do(self, visit: Visit, do: Do, *, now_ns: int) -> None:
+        guest, outbox = visit.guest, visit.outbox
         person = guest.person
         if person.is_muted:
             raise OpError("you are muted", op_id=do.op_id)
@@ -303,7 +318,7 @@ class Session:
         if not guest.limits.ops.take(now_ns):
             raise OpError("too many operations at once", op_id=do.op_id)
         try:
-            drawn = self._board.do(person.person_id, do, now_ns)
+            drawn = self._board.do(person.person_id, do, now_ns=now_ns)
         except OpError as error:
             raise OpError(str(error), op_id=do.op_id) from None
         self._inbox.draw(drawn)

@@ -24,7 +24,7 @@ class Desk:
         self.states.take(self._state_at(float(self.moved)))
 
     def take(self, now_ns=0):
-        return self.outbox.take(self.states, self.bodies, now_ns)
+        return self.outbox.take(self.states, self.bodies, now_ns=now_ns)
 
     def texts(self, now_ns=0):
         found = []

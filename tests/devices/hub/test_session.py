@@ -12,7 +12,7 @@ from devices.hub.entry.tokens import TOKEN_NS
 from devices.hub.inbox import Avatars
 from devices.hub.messages import Hello
 from devices.hub.roles import Op, Role
-from devices.hub.session import MAX_FAULTS, RENEW_NS, SHOWN_NS
+from devices.hub.session import MAX_FAULTS, RENEW_NS, SHOWN_NS, Visit
 from devices.hub.wire import Body, Hand, decode_body, encode_body, unpack_bodies
 from scenes.pose import Pose
 from scenes.state import Annotation, SceneState, reduce_state
@@ -26,7 +26,7 @@ def kinds(messages):
 
 
 def body(room, guest, outbox, data):
-    return room.session.see_body(guest, outbox, data, now_ns=room.now_ns)
+    return room.session.see_body(Visit(guest, outbox), data, now_ns=room.now_ns)
 
 
 def avatars_of(room):
@@ -103,7 +103,7 @@ def test_who_comes_back_gets_the_rest_of_the_log(room):
     anna, hers, _ = room.join("Anna")
     ben, his, welcome = room.join("Ben")
     room.hear(anna, hers, **LINE)
-    room.session.leave(ben, his, room.now_ns)
+    room.session.leave(Visit(ben, his), room.now_ns)
     room.hear(anna, hers, **{**LINE, "line": "b"})
     again, outbox = room.enter(welcome["token"], log_seq=1)
     first, *rest = room.drain(outbox)
@@ -182,7 +182,7 @@ def test_a_removed_person_does_not_come_back(room):
 
 def test_who_loses_the_connection_keeps_id_and_role_for_30_s(room):
     guest, outbox, welcome = room.join()
-    room.session.leave(guest, outbox, 0)
+    room.session.leave(Visit(guest, outbox), 0)
     (person,) = room.session.people(AWAY_NS - 1)
     assert (person.person_id, person.is_connected) == ("p1", False)
     assert room.session.people(AWAY_NS) == ()
@@ -197,7 +197,7 @@ def test_a_second_connection_takes_over(room):
     again, new = room.enter(welcome["token"])
     assert again is guest
     assert kinds(room.drain(old)) == ["bye"]
-    room.session.leave(guest, old, 0)
+    room.session.leave(Visit(guest, old), 0)
     assert guest.outbox is new
     assert room.session.people(0)[0].is_connected
 
@@ -228,7 +228,7 @@ def test_connected_people_get_fresh_tokens(room):
 def test_people_who_left_disappear_from_the_list(room):
     guest, outbox, _ = room.join()
     _ben, his, _ = room.join("Ben")
-    room.session.leave(guest, outbox, 0)
+    room.session.leave(Visit(guest, outbox), 0)
     room.session.tick(AWAY_NS)
     lists = [it for it in room.drain(his) if it["kind"] == "people"]
     assert [it["id"] for it in lists[-1]["people"]] == ["p2"]
@@ -257,7 +257,7 @@ def test_ping_is_answered_with_the_hubs_time(room):
 def test_what_cannot_be_read_ends_a_connection_in_the_end(room):
     guest, outbox, _ = room.join()
     for _ in range(MAX_FAULTS):
-        room.session.hear(guest, outbox, "{", now_ns=0)
+        room.session.hear(Visit(guest, outbox), "{", now_ns=0)
         assert not outbox.is_ending
     assert not body(room, guest, outbox, b"\1\1")
     assert outbox.is_ending
@@ -271,7 +271,7 @@ def test_who_sends_too_much_is_sent_away(room):
     assert kinds(room.drain(outbox))[-1] == "bye"
     guest, outbox, _ = room.join("Ben")
     for _ in range(30):
-        room.session.hear(guest, outbox, '"' + "x" * 100_000 + '"', now_ns=0)
+        room.session.hear(Visit(guest, outbox), '"' + "x" * 100_000 + '"', now_ns=0)
     assert outbox.is_ending
 
 
@@ -338,7 +338,9 @@ def test_no_secret_is_ever_said(room):
         room.hear(guest, outbox, kind="hello", token=fresh)
         room.hear(guest, outbox, kind="do", id=1, op="line", line=fresh)
         room.hear(guest, outbox, kind=fresh)
-        room.session.hear(guest, outbox, json.dumps({"kind": "seen", "version": fresh}), now_ns=0)
+        room.session.hear(
+            Visit(guest, outbox), json.dumps({"kind": "seen", "version": fresh}), now_ns=0
+        )
     for wrong in ("123456", secrets[0], secrets[3]):
         with pytest.raises(PairingRefused) as caught:
             room.session.pair(wrong, name="x", address="a", now_ns=0)
