@@ -24,7 +24,7 @@ DIGITS = 4
 tracker's error, in a third of the bytes."""
 
 MAX_LINES = 2_000
-"""Lines of people in one session, chosen: a hundred people's twenty lines each. More are refused."""
+"""Lines of people in one session, chosen: twenty each of a hundred people. More are refused."""
 
 MAX_LINES_A_FRAME = 256
 """Lines that enter with one frame; the others come with the next ones. A session takes 1,024."""
