@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from devices.hub.messages import Do, OpError
 from devices.hub.roles import Op
 from scenes.frames import WORLD_FROM_GLTF
-from scenes.state import Annotation, LiveSurface
+from scenes.state import Annotation, LiveSurface, SceneState
 
 MAX_LINES = 2000
 """Lines at the same time; chosen: an hour of drawing."""
@@ -37,6 +38,9 @@ SURFACE_PX = 1024
 
 GLTF_FROM_WORLD = WORLD_FROM_GLTF.inverse()
 """From the session's axes to those of the wire."""
+
+ROOM = "room"
+"""Author of what the session itself has drawn."""
 
 NOTHING = np.zeros((0, 3))
 """Points of what is erased."""
@@ -88,6 +92,30 @@ class Drawn:
             scale = SURFACE_PX / max(width, height, 1e-6)
             size_px = (max(16, round(scale * width)), max(16, round(scale * height)))
         return LiveSurface(self.key, corners, size_px, "")
+
+
+def drawn_by_room(
+    before: SceneState, state: SceneState, *, is_known: Callable[[Annotation | LiveSurface], bool]
+) -> Iterator[Drawn]:
+    """Yield lines and surfaces in which two states differ; one that is gone without points.
+
+    Args:
+        before: the state before.
+        state: the next one.
+        is_known: whether a value has come from the people themselves.
+    """
+    if state.annotations is not before.annotations:
+        for key, line in state.annotations.items():
+            if before.annotations.get(key) is not line and not is_known(line):
+                yield drawn_line(line, by=ROOM)
+        for key in before.annotations.keys() - state.annotations.keys():
+            yield Drawn(Op.LINE, key, ROOM, NOTHING)
+    if state.surfaces is not before.surfaces:
+        for key, surface in state.surfaces.items():
+            if before.surfaces.get(key) is not surface and not is_known(surface):
+                yield drawn_surface(surface, by=ROOM)
+        for key in before.surfaces.keys() - state.surfaces.keys():
+            yield Drawn(Op.SURFACE, key, ROOM, NOTHING)
 
 
 def drawn_line(annotation: Annotation, *, by: str) -> Drawn:
@@ -149,8 +177,9 @@ class Board:
             steps = self._steps.get(person_id)
             if not steps:
                 raise OpError("there is nothing to undo", op_id=do.op_id)
-            before = steps.pop().before
+            before = steps[-1].before
             self._check_room(before, do)
+            steps.pop()
             self.put(before)
             return before
         key = own_key(person_id, do.key)

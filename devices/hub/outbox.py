@@ -39,26 +39,37 @@ class Outbox:
         sent: figures, shared by all clients.
         is_ending: whether the connection closes after the texts that wait.
         is_overfull: whether texts were lost because the client is too slow.
+        token_number: of the token in the welcome.
+        next_body_ns: session time from which bodies may be sent again.
     """
 
     index: int
     sent: Sent
     is_ending: bool = False
     is_overfull: bool = False
+    token_number: int = 0
+    next_body_ns: int = 0
     _texts: deque[str] = field(default_factory=deque[str])
     _text_bytes: int = 0
     _people: str | None = None
     _newest_people: str = ""
+    _first_version: int = 0
     _sent_version: int = -1
     _unseen: deque[int] = field(default_factory=deque[int])
     _sent_bodies: int = 0
     _body_numbers: dict[int, int] = field(default_factory=dict[int, int])
-    _next_body_ns: int = 0
 
-    def begin(self, welcome: str, *, version: int) -> None:
-        """Put the first message; states after that version follow it, and everybody's body."""
+    def begin(self, welcome: str, *, version: int, token_number: int) -> None:
+        """Put the first message; states after that version follow it, and everybody's body.
+
+        Args:
+            welcome: the message.
+            version: of the state in it.
+            token_number: of the token in it.
+        """
         self.put(welcome)
-        self._sent_version = version
+        self._first_version = self._sent_version = version
+        self.token_number = token_number
 
     def put(self, text: str) -> None:
         """Let a text follow those that wait."""
@@ -85,10 +96,11 @@ class Outbox:
         self.put(to_text({"kind": "bye", "why": why}))
         self.is_ending = True
 
-    def see(self, version: int) -> None:
-        """Note that a state has come, and all before it."""
+    def see(self, version: int) -> bool:
+        """Note that a state has come, and all before it; return whether the welcome has, too."""
         while self._unseen and self._unseen[0] <= version:
             self._unseen.popleft()
+        return self._first_version <= version <= self._sent_version
 
     def take(self, states: StateChannel, bodies: BodyChannel, now_ns: int) -> str | bytes | None:
         """Return the next message; None where nothing is due.
@@ -104,12 +116,6 @@ class Outbox:
             self.sent.bytes += len(message)
         return message
 
-    def pause_ns(self, bodies: BodyChannel, now_ns: int) -> int | None:
-        """Return after which time bodies are due; None where none wait."""
-        if bodies.counter == self._sent_bodies or self.is_ending:
-            return None
-        return max(0, self._next_body_ns - now_ns)
-
     def _next(self, states: StateChannel, bodies: BodyChannel, now_ns: int) -> str | bytes | None:
         if self._texts:
             text = self._texts.popleft()
@@ -117,10 +123,10 @@ class Outbox:
             return text
         if self.is_ending:
             return None
-        if bodies.counter > self._sent_bodies and now_ns >= self._next_body_ns:
+        if bodies.counter > self._sent_bodies and now_ns >= self.next_body_ns:
             bundle = self._bundle(bodies)
             if bundle is not None:
-                self._next_body_ns = now_ns + BODY_PAUSE_NS
+                self.next_body_ns = now_ns + BODY_PAUSE_NS
                 return bundle
         if self._people is not None:
             text, self._people = self._people, None

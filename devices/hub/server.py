@@ -234,6 +234,7 @@ class Hub:
             is_own_host=lambda host: is_loopback(host) or host in self._names,
             talk=self._talk,
             root_pem=root_pem,
+            say=self._say,
         )
         server = web.Server(
             site.answer, access_log=None, logger=_silent(), keepalive_timeout=IDLE_S
@@ -282,7 +283,7 @@ class Hub:
     async def _talk(self, request: web.BaseRequest, address: str) -> web.StreamResponse:
         if not web.WebSocketResponse().can_prepare(request):
             return web.Response(status=426, text="a WebSocket", headers=HEADERS)
-        connection = Connection(self._session, self._clock, self._wake_all)
+        connection = Connection(self._session, self._clock, self._connections)
         self._connections.add(connection)
         try:
             return await connection.serve(request, address)

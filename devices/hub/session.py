@@ -9,17 +9,18 @@ import threading
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
 
+from devices.hub.admission import Admission, Refused
 from devices.hub.attendance import Attendance, Guest
-from devices.hub.board import Board, Drawn, drawn_line, drawn_surface
+from devices.hub.board import Board, drawn_by_room
 from devices.hub.channels import BodyChannel, LogChannel, StateChannel, to_text
 from devices.hub.contract import Arrived
 from devices.hub.entry.pairing import PairingCodes, PairingRefused
 from devices.hub.entry.rates import Bucket
-from devices.hub.entry.tokens import Ticket, TokenRefused, Tokens
+from devices.hub.entry.tokens import Tokens
 from devices.hub.inbox import Inbox
 from devices.hub.messages import Do, Hello, MessageError, OpError, Ping, Seen, read_message
 from devices.hub.outbox import Outbox, Sent
@@ -30,30 +31,11 @@ from scenes.state import SceneState
 MAX_FAULTS = 20
 """Messages that cannot be read after which a person's connection is closed."""
 
-MAX_ARRIVING = 64
-"""People who have paired and not joined, at the same time."""
-
 RENEW_NS = 5 * 60 * 10**9
 """Age of a token at which a connected person gets a fresh one: a third of its life."""
 
 SAY_HZ, SAY_BURST = 2.0, 30.0
 """Lines about refusals in the log: an attack does not fill it; counts go on."""
-
-ROOM = "room"
-"""Author of what the session itself has drawn."""
-
-
-class Refused(Exception):
-    """Somebody is not let in; says why.
-
-    Args:
-        why: in words for the person.
-        kind: under which it is counted.
-    """
-
-    def __init__(self, why: str, *, kind: str) -> None:
-        super().__init__(why)
-        self.kind = kind
 
 
 class Session:
@@ -77,11 +59,12 @@ class Session:
         now_ns: int,
     ) -> None:
         self.lock = threading.RLock()
-        self.codes, self.tokens = codes, tokens
+        self.codes = codes
         self.states, self.log, self.bodies = StateChannel(), LogChannel(), BodyChannel()
         self.sent, self.refused = Sent(), Counter[str]()
-        self._max_people, self._say = max_people, say
+        self._say = say
         self._attendance, self._board, self._inbox = Attendance(), Board(), Inbox()
+        self._door = Admission(self._attendance, codes, tokens, max_people)
         self._state = SceneState()
         self._lines_of_refusals = Bucket(SAY_HZ, SAY_BURST, now_ns=now_ns)
 
@@ -93,20 +76,17 @@ class Session:
             Refused: the room is full.
         """
         try:
-            if self._is_full(now_ns) or self._attendance.arriving() >= MAX_ARRIVING:
-                _turn_away()
-            role = self.codes.redeem(code, address=address, now_ns=now_ns)
-            guest = self._attendance.add(name, role, now_ns)
+            guest = self._door.pair(code, name=name, address=address, now_ns=now_ns)
         except (PairingRefused, Refused) as error:
             self.refuse(error.kind, f"{address}: {error}", now_ns)
             raise
-        self._note("paired", f"{name} ({guest.person.person_id}) has paired as {role}")
-        return self._new_token(guest, now_ns)
+        self._note("paired", f"{self._called(guest)} has paired as {guest.person.role}")
+        return self._door.new_token(guest, now_ns)
 
     def is_known(self, token: str, now_ns: int) -> bool:
         """Return whether a token is good, without using it."""
         try:
-            self._guest_of(token, now_ns)
+            self._door.read(token, now_ns)
         except Refused:
             return False
         return True
@@ -118,15 +98,12 @@ class Session:
             Refused: it is not, or the room is full.
         """
         try:
-            guest, number = self._guest_of(hello.token, now_ns)
-            if not guest.is_listed(now_ns) and self._is_full(now_ns):
-                _turn_away()
+            guest = self._door.admit(hello.token, now_ns)
         except Refused as error:
             self.refuse(error.kind, f"{address}: {error}", now_ns)
             raise
         if guest.outbox is not None:
             guest.outbox.end("you came in again on another connection")
-        guest.oldest_token = number
         is_back = guest.is_listed(now_ns)
         outbox = Outbox(guest.person.index, self.sent)
         guest.outbox, guest.has_joined = outbox, True
@@ -147,27 +124,30 @@ class Session:
         self.bodies.drop(guest.person.index)
         self._note("away", f"{self._called(guest)} has lost the connection")
 
-    def hear(self, guest: Guest, outbox: Outbox, text: str, *, now_ns: int) -> None:
-        """Take a text from somebody."""
+    def hear(self, guest: Guest, outbox: Outbox, text: str, *, now_ns: int) -> bool:
+        """Take a text from somebody; return whether the others get something of it."""
         limits = guest.limits
         if not (limits.texts.take(now_ns) and limits.text_bytes.take(now_ns, float(len(text)))):
             self.refuse("rate", f"{self._called(guest)} sends too much", now_ns)
             outbox.end("you send too much")
-            return
+            return False
         try:
             message = read_message(text)
             if isinstance(message, Seen):
-                outbox.see(message.version)
+                if outbox.see(message.version):
+                    guest.oldest_token = max(guest.oldest_token, outbox.token_number)
             elif isinstance(message, Ping):
                 pong = {"kind": "pong", "t_us": message.t_us, "hub_t_us": now_ns // 1000}
                 outbox.put(to_text(pong))
             elif isinstance(message, Do):
                 self._do(guest, outbox, message, now_ns)
+                return True
         except OpError as error:
             self.refuse("op", f"{self._called(guest)}: {error}", now_ns)
             outbox.put(to_text({"kind": "refused", "id": error.op_id, "why": str(error)}))
         except MessageError as error:
             self.fault(guest, outbox, str(error), now_ns=now_ns)
+        return False
 
     def see_body(self, guest: Guest, outbox: Outbox, data: bytes, *, now_ns: int) -> bool:
         """Take a body from somebody; return whether the others get it."""
@@ -197,24 +177,11 @@ class Session:
             outbox.end(f"your messages cannot be read: {why}")
 
     def publish(self, state: SceneState) -> None:
-        """Take the next state of the room."""
+        """Take the next state of the room; what it has drawn itself goes to the log."""
         before, self._state = self._state, state
-        if state.annotations is not before.annotations:
-            for key, line in state.annotations.items():
-                if before.annotations.get(key) is not line and not self._inbox.has_handed(line):
-                    self._draw_own(drawn_line(line, by=ROOM))
-            for key, line in before.annotations.items():
-                if key not in state.annotations:
-                    self._draw_own(drawn_line(replace(line, points_in_world=_NONE), by=ROOM))
-        if state.surfaces is not before.surfaces:
-            for key, surface in state.surfaces.items():
-                is_same = before.surfaces.get(key) is surface
-                if not is_same and not self._inbox.has_handed(surface):
-                    self._draw_own(drawn_surface(surface, by=ROOM))
-            for key, surface in before.surfaces.items():
-                if key not in state.surfaces:
-                    gone = replace(surface, corners_in_world=_NONE)
-                    self._draw_own(drawn_surface(gone, by=ROOM))
+        for drawn in drawn_by_room(before, state, is_known=self._inbox.has_handed):
+            if np.all(np.isfinite(drawn.points)) and self._board.put(drawn):
+                self._tell_all(self.log.add(drawn.entry()))
         self.states.take(state)
 
     def tick(self, now_ns: int) -> None:
@@ -223,7 +190,7 @@ class Session:
             self._board.forget(guest.person.person_id)
         for guest, outbox in self._attendance.connected():
             if now_ns - guest.renewed_ns >= RENEW_NS:
-                outbox.put(to_text({"kind": "token", "token": self._new_token(guest, now_ns)}))
+                outbox.put(to_text({"kind": "token", "token": self._door.new_token(guest, now_ns)}))
         self._tell_people(now_ns)
 
     def people(self, now_ns: int) -> tuple[Person, ...]:
@@ -290,28 +257,6 @@ class Session:
         if self._lines_of_refusals.take(now_ns):
             self._note("refused", text)
 
-    def _is_full(self, now_ns: int) -> bool:
-        return len(self._attendance.listed(now_ns)) >= self._max_people
-
-    def _guest_of(self, token: str, now_ns: int) -> tuple[Guest, int]:
-        try:
-            ticket = self.tokens.read(token, now_ns)
-        except TokenRefused as error:
-            raise Refused(str(error), kind="token") from None
-        guest = self._attendance.find(ticket.person_id)
-        if guest is None:
-            raise Refused("the person was removed or away too long, pair again", kind="token")
-        if not guest.oldest_token <= ticket.number <= guest.newest_token:
-            raise Refused("the token was replaced by a newer one", kind="token")
-        return guest, ticket.number
-
-    def _new_token(self, guest: Guest, now_ns: int) -> str:
-        guest.newest_token += 1
-        guest.renewed_ns = now_ns
-        person = guest.person
-        ticket = Ticket(person.person_id, person.role, guest.newest_token)
-        return self.tokens.make(ticket, now_ns)
-
     def _welcome(self, guest: Guest, outbox: Outbox, hello: Hello, now_ns: int) -> None:
         person = guest.person
         entries = None if hello.log_seq is None else self.log.since(hello.log_seq)
@@ -326,7 +271,7 @@ class Session:
             "index": person.index,
             "role": person.role,
             "name": person.name,
-            "token": self._new_token(guest, now_ns),
+            "token": self._door.new_token(guest, now_ns),
             "rights": _rights(person),
             "people": self._list(now_ns),
             "log_seq": self.log.seq if entries is None else hello.log_seq,
@@ -334,7 +279,7 @@ class Session:
             "t_us": now_ns // 1000,
         }
         welcome = f'{to_text(fields)[:-1]},"state":{state}}}'
-        outbox.begin(welcome, version=states.version)
+        outbox.begin(welcome, version=states.version, token_number=guest.newest_token)
         for entry in entries or ():
             outbox.put(entry)
 
@@ -353,10 +298,6 @@ class Session:
         self._inbox.draw(drawn)
         self._tell_all(self.log.add(drawn.entry()))
         outbox.put(to_text({"kind": "done", "id": do.op_id}))
-
-    def _draw_own(self, drawn: Drawn) -> None:
-        if np.all(np.isfinite(drawn.points)) and self._board.put(drawn):
-            self._tell_all(self.log.add(drawn.entry()))
 
     def _tell_all(self, text: str) -> None:
         for _guest, outbox in self._attendance.connected():
@@ -396,11 +337,3 @@ class Session:
 
 def _rights(person: Person) -> list[Op]:
     return [] if person.is_muted else sorted(RIGHTS[person.role])
-
-
-def _turn_away() -> NoReturn:
-    raise Refused("the room is full", kind="full")
-
-
-_NONE = np.zeros((0, 3))
-"""Points of what is gone."""
