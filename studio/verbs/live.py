@@ -17,9 +17,11 @@ from studio.verbs.result_flags import add_result_flags, check_free, next_free
 
 if TYPE_CHECKING:
     from devices.clock import Clock
+    from devices.hub.entry.tokens import Tokens
     from devices.hub.server import Hub
     from scenes.package import ScenePackage
     from studio.live.live import LiveSession
+    from studio.live.people.crowd import Crowd
     from studio.live.people.hosting import Hosting
     from studio.live.rehearsed import RehearsedLive
     from studio.live.setup import LiveSetup
@@ -77,6 +79,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     people.add_argument(
         "--invite", type=int, default=1, metavar="N", help="codes that are made at the start (1)"
     )
+    people.add_argument(
+        "--clients",
+        type=int,
+        default=0,
+        metavar="N",
+        help="with --headless: so many simulated people join, and their delays are measured",
+    )
     add_result_flags(parser, DEFAULT_OUT)
     parser.add_argument("--json", action="store_true", help="print the figures as JSON")
 
@@ -89,6 +98,10 @@ def run(args: argparse.Namespace) -> int:
         raise ValueError(f"--seconds {args.seconds:g}: wanted more than 0")
     if (args.scenario or args.seed) and not args.simulated:
         raise ValueError("--scenario and --seed go with --simulated: a real camera has neither")
+    if args.clients and not args.headless:
+        raise ValueError("--clients goes with --headless: simulated people are measured there")
+    if hosting_of(args) is not None and not args.headless:
+        raise ValueError("--people goes with --headless")
     no_window = "" if args.headless else why_no_window()
     if no_window is None:
         from studio.app.model.jobs.live_job import LivePlan
@@ -130,6 +143,7 @@ def setup_of(args: argparse.Namespace) -> LiveSetup:
 
 def _headless(args: argparse.Namespace) -> int:
     from devices.clock import WallClock
+    from devices.hub.entry.tokens import Tokens
     from scenes.opening import open_scene
     from scenes.render.native import NativeRenderer
     from studio.console.rows import as_json, as_table, exit_code
@@ -145,9 +159,9 @@ def _headless(args: argparse.Namespace) -> int:
     check_free(out, replaces=args.replace)
     scene = open_scene(args.scene)
     out.mkdir(parents=True, exist_ok=True)
-    renderer, clock = NativeRenderer(), WallClock()
+    renderer, clock, tokens = NativeRenderer(), WallClock(), Tokens()
     with ExitStack() as stack:
-        hub = _hub(args, scene, clock, stack)
+        hub = _hub(args, scene, clock, stack, tokens=tokens)
         session = LiveSession(
             args.scene,
             scene,
@@ -158,6 +172,7 @@ def _headless(args: argparse.Namespace) -> int:
             record_to=None if args.no_record else recording_in(out),
             people=hub,
         )
+        crowd = _crowd(args, session, hub, stack, clock=clock, tokens=tokens)
         rehearsed: RehearsedLive | None = None
         if args.simulated:
             truth = Path(stack.enter_context(tempfile.TemporaryDirectory())) / "truth.jsonl"
@@ -167,6 +182,7 @@ def _headless(args: argparse.Namespace) -> int:
                     usual_feed(args.scene, args.scenario, args.seed),
                     truth=truth,
                     seconds=args.seconds,
+                    apart=lambda: () if crowd is None else crowd.process_ids,
                 )
             )
             rehearsed.wait_for_stream(lambda text: print(text, file=sys.stderr))
@@ -176,10 +192,13 @@ def _headless(args: argparse.Namespace) -> int:
         checks = run_checks(live_checks(session, recordings=out, simulated=simulated))
         save_checks(checks, out / "preflight.json")
         _print_checks(checks)
+        _say_how_to_join(args, hub)
         result = _play(session, rehearsed, args, hub=hub)
         rows = live_rows(result)
         if rehearsed is not None:
             rows += rehearsed.rows(result)
+        if crowd is not None:
+            rows += crowd.rows()
     path = write_report(out, result, rows, scene=args.scene, checks=checks)
     if args.json:
         print(json.dumps(as_json("live", rows, args.seed if args.simulated else None), indent=2))
@@ -201,22 +220,75 @@ def hosting_of(args: argparse.Namespace) -> Hosting | None:
     from studio.live.people.hosting import Hosting
 
     if args.people is None and not args.people_open:
-        return None
-    return Hosting(args.people or 0, args.people_open, args.invite)
+        if not args.clients:
+            return None
+        invitations = 0
+    else:
+        invitations = args.invite
+    return Hosting(
+        args.people or 0,
+        args.people_open,
+        invitations,
+        max_people=Hosting().max_people + args.clients,
+    )
 
 
 def _hub(
-    args: argparse.Namespace, scene: ScenePackage, clock: Clock, stack: ExitStack
+    args: argparse.Namespace,
+    scene: ScenePackage,
+    clock: Clock,
+    stack: ExitStack,
+    *,
+    tokens: Tokens,
 ) -> Hub | None:
-    """Begin to let people join until the stack is left, and say how."""
-    from studio.live.people.hosting import hosted, invitations_for, join_line
+    """Begin to let people join until the stack is left."""
+    from studio.live.people.hosting import hosted
 
     hosting = hosting_of(args)
     if hosting is None:
         return None
-    hub = stack.enter_context(hosted(hosting, scene, clock=clock, say=_say))
-    _say(join_line(hub, hosting, invitations_for(hub, hosting)))
-    return hub
+    # What the hub says is in the session's report, and who is here on the status line.
+    return stack.enter_context(hosted(hosting, scene, clock=clock, say=_drop, tokens=tokens))
+
+
+def _crowd(
+    args: argparse.Namespace,
+    session: LiveSession,
+    hub: Hub | None,
+    stack: ExitStack,
+    *,
+    clock: Clock,
+    tokens: Tokens,
+) -> Crowd | None:
+    """Let simulated people join once the session is live."""
+    from studio.live.people.crowd import Crowd
+
+    if hub is None or not args.clients:
+        return None
+    return stack.enter_context(
+        Crowd(
+            hub,
+            lambda: session.status().live_s,
+            clients=args.clients,
+            seconds=args.seconds,
+            clock=clock,
+            tokens=tokens,
+            say=_say,
+        )
+    )
+
+
+def _drop(_line: str) -> None:
+    """Say nothing."""
+
+
+def _say_how_to_join(args: argparse.Namespace, hub: Hub | None) -> None:
+    """Make the codes, which are good for two minutes, once the camera is there."""
+    from studio.live.people.hosting import invitations_for, join_line
+
+    hosting = hosting_of(args)
+    if hub is not None and hosting is not None:
+        _say(join_line(hub, hosting, invitations_for(hub, hosting)))
 
 
 def _say(line: str) -> None:

@@ -8,7 +8,7 @@ from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 
-from devices.hub.server import Arrived
+from devices.hub.contract import Arrived
 from devices.messages import Event, Frame
 from scenes.state import Annotation, Avatar, AvatarGone, LiveSurface, SceneState
 from studio.session.live_surfaces import live_surface

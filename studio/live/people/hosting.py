@@ -9,16 +9,16 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from devices.clock import Clock
+from devices.hub.contract import HubSettings, Invitation
+from devices.hub.entry.pairing import MAX_CODES
+from devices.hub.entry.tokens import Tokens
 from devices.hub.roles import Person, Role
-from devices.hub.server import Hub, HubSettings, Invitation
+from devices.hub.server import Hub
 from scenes.package import ScenePackage
 from studio.live.people.page import page_assets
 
 LOOPBACK, NETWORK = "127.0.0.1", "0.0.0.0"
 """Addresses on which a hub listens: for this computer alone, and for everybody who reaches it."""
-
-MAX_INVITATIONS = 32
-"""Codes that are made at the start: as many as a hub takes people."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,6 +30,7 @@ class Hosting:
         is_open: whether the network reaches it, over TLS; else this computer alone.
         invitations: codes that are made at the start.
         role: of whoever joins with one of them.
+        max_people: more are told that the room is full.
 
     Raises:
         ValueError: a number is out of range.
@@ -39,17 +40,23 @@ class Hosting:
     is_open: bool = False
     invitations: int = 1
     role: Role = Role.REMOTE
+    max_people: int = 32
 
     def __post_init__(self) -> None:
         if not 0 <= self.port <= 65535:
             raise ValueError(f"--people {self.port}: wanted a port from 0 to 65535")
-        if not 0 <= self.invitations <= MAX_INVITATIONS:
-            raise ValueError(f"--invite {self.invitations}: wanted 0 to {MAX_INVITATIONS}")
+        if not 0 <= self.invitations <= MAX_CODES:
+            raise ValueError(f"--invite {self.invitations}: wanted 0 to {MAX_CODES}")
 
 
 @contextmanager
 def hosted(
-    hosting: Hosting, scene: ScenePackage, *, clock: Clock, say: Callable[[str], None]
+    hosting: Hosting,
+    scene: ScenePackage,
+    *,
+    clock: Clock,
+    say: Callable[[str], None],
+    tokens: Tokens | None = None,
 ) -> Iterator[Hub]:
     """Run a hub for a scene until the block ends.
 
@@ -58,6 +65,7 @@ def hosted(
         scene: shown to those who join.
         clock: session time.
         say: takes a line for the log.
+        tokens: by which people come back; None for the hub's own.
 
     Raises:
         OSError: the port is taken, or the certificate cannot be made.
@@ -66,8 +74,9 @@ def hosted(
         NETWORK if hosting.is_open else LOOPBACK,
         hosting.port,
         certificate_folder() if hosting.is_open else None,
+        hosting.max_people,
     )
-    hub = Hub(settings, page_assets(scene), clock=clock, say=say)
+    hub = Hub(settings, page_assets(scene), clock=clock, say=say, tokens=tokens)
     hub.start()
     try:
         yield hub

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from devices.hub.server import Asset
+from devices.hub.contract import Asset
 from scenes.package import ScenePackage
 
 
