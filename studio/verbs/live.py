@@ -100,8 +100,7 @@ def run(args: argparse.Namespace) -> int:
         raise ValueError("--scenario and --seed go with --simulated: a real camera has neither")
     if args.clients and not args.headless:
         raise ValueError("--clients goes with --headless: simulated people are measured there")
-    if hosting_of(args) is not None and not args.headless:
-        raise ValueError("--people goes with --headless")
+    hosting = hosting_of(args)
     no_window = "" if args.headless else why_no_window()
     if no_window is None:
         from studio.app.model.jobs.live_job import LivePlan
@@ -116,6 +115,7 @@ def run(args: argparse.Namespace) -> int:
             seed=args.seed,
             seconds=args.seconds,
             records=not args.no_record,
+            hosting=hosting,
         )
         return live_in_window(plan)
     if no_window:

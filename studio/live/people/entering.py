@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import Generic, Protocol, TypeVar
 
 import numpy as np
@@ -74,10 +75,24 @@ class Entrance:
         self._shown: dict[str, _Shown] = {}
         self._lines: _Items[Annotation] = _Items(MAX_LINES)
         self._surfaces: _Items[LiveSurface] = _Items(MAX_SURFACES)
+        self._sent: dict[str, tuple[LiveSurface, LiveSurface]] = {}
+        """Surfaces by id, as they entered and as people sent them."""
+        self._published: tuple[Mapping[str, LiveSurface], Mapping[str, LiveSurface]] | None = None
+        """Surfaces of the newest state, and as people have got them."""
 
     def publish(self, state: SceneState) -> None:
         """Send a new state to everybody; returns at once."""
-        self._people.publish(state)
+        if self._published is None or self._published[0] is not state.surfaces:
+            self._published = (state.surfaces, self._as_sent(state.surfaces))
+        self._people.publish(replace(state, surfaces=self._published[1]))
+
+    def _as_sent(self, surfaces: Mapping[str, LiveSurface]) -> Mapping[str, LiveSurface]:
+        """Return surfaces in which a hub finds its people's own: the very same values."""
+        found = dict(surfaces)
+        for key, (entered, sent) in self._sent.items():
+            if surfaces.get(key) is entered:
+                found[key] = sent
+        return MappingProxyType(found)
 
     def enter(self, message: SessionMessage) -> SessionMessage:
         """Return a message with what people have sent since the one before."""
@@ -137,10 +152,15 @@ class Entrance:
         entered: list[LiveSurface] = []
         for key, surface in self._surfaces.taken(MAX_SURFACES_A_FRAME).items():
             try:
-                entered.append(_as_seen(surface, frame))
+                seen = _as_seen(surface, frame)
             except ValueError as error:
                 self._surfaces.forget(key)
                 refuse(surface, error)
+                continue
+            entered.append(seen)
+            self._sent[key] = (seen, surface)
+            if len(surface.corners_in_world) == 0:
+                del self._sent[key]
         return entered
 
 

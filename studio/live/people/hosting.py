@@ -15,10 +15,13 @@ from devices.hub.entry.tokens import Tokens
 from devices.hub.roles import Person, Role
 from devices.hub.server import Hub
 from scenes.package import ScenePackage
-from studio.live.people.page import page_assets
+from studio.live.people.page import page_assets, page_folder
 
 LOOPBACK, NETWORK = "127.0.0.1", "0.0.0.0"
 """Addresses on which a hub listens: for this computer alone, and for everybody who reaches it."""
+
+MAX_NAMED = 6
+"""People who are named in a line, chosen: a line of a terminal."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +79,8 @@ def hosted(
         certificate_folder() if hosting.is_open else None,
         hosting.max_people,
     )
-    hub = Hub(settings, page_assets(scene), clock=clock, say=say, tokens=tokens)
+    assets = page_assets(scene, page_folder(scene))
+    hub = Hub(settings, assets, clock=clock, say=say, tokens=tokens)
     hub.start()
     try:
         yield hub
@@ -112,8 +116,10 @@ def who_words(people: Sequence[Person]) -> str:
     """Return who is here in words; empty where nobody is."""
     if not people:
         return ""
-    names = ", ".join(_name(person) for person in sorted(people, key=lambda each: each.index))
-    return f"{len(people)} {'person' if len(people) == 1 else 'people'} here: {names}"
+    names = [_name(person) for person in sorted(people, key=lambda each: each.index)]
+    if len(names) > MAX_NAMED:
+        names[MAX_NAMED:] = [f"{len(names) - MAX_NAMED} more"]
+    return f"{len(people)} {'person' if len(people) == 1 else 'people'} here: {', '.join(names)}"
 
 
 def _name(person: Person) -> str:

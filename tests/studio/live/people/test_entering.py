@@ -121,10 +121,11 @@ def state_of(output):
 
 
 def test_a_live_session_records_people_and_sends_them_its_state(live, tiny):
+    board = surface("board")
     hub = FakeHub(
         Arrived(avatars=(avatar(),), lines=(line("p1-1"),), events=(("joined", "Ann"),)),
         *[Arrived(avatars=(avatar(number=n),), lines=(line("p1-1", 2 + n),)) for n in range(1, 6)],
-        Arrived(avatars=(avatar("p2"),), lines=(line("p1-1", 0),), surfaces=(surface("board"),)),
+        Arrived(avatars=(avatar("p2"),), lines=(line("p1-1", 0),), surfaces=(board,)),
         Arrived(surfaces=(surface("board", NOTHING),)),
     )
     session = live.session(people=hub)
@@ -137,6 +138,9 @@ def test_a_live_session_records_people_and_sends_them_its_state(live, tiny):
     assert played.error is None
     assert [state.version for state in hub.states] == [version for version, *_ in states.values()]
     assert any("Ann" in event.text for event in played.result.events)
+    boards = [state.surfaces["board"] for state in hub.states if state.surfaces]
+    assert boards
+    assert all(shown is board for shown in boards)  # by which a hub knows its people's own
 
     path = live.folder / "live.mcap"
     values = list(read_recording(path))

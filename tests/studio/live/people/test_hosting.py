@@ -46,6 +46,8 @@ def test_who_is_here_is_said_in_a_line():
     cem = Person("p3", 3, "Cem", Role.REMOTE, is_connected=False)
     assert who_words(()) == ""
     assert who_words((ann,)) == "1 person here: Ann"
+    many = tuple(Person(f"p{n}", n, f"P{n}", Role.REMOTE) for n in range(9))
+    assert who_words(many) == "9 people here: P0, P1, P2, P3, P4, P5, 3 more"
     assert who_words((cem, ben, ann)) == "3 people here: Ann, Ben (spectator, muted), Cem (away)"
 
 
