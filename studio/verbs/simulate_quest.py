@@ -133,7 +133,7 @@ async def _play(plan: CrowdPlan, args: argparse.Namespace) -> Tally:
         else:
             print(f"{count} of {plan.clients} here", file=sys.stderr, flush=True)
 
-    return await run_crowd(plan, _codes(args, over), over, joined=joined)
+    return await run_crowd(plan, _codes(args, over), over=over, joined=joined)
 
 
 async def _codes(args: argparse.Namespace, over: asyncio.Event) -> AsyncIterator[str]:

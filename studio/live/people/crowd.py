@@ -7,7 +7,6 @@ import json
 import subprocess
 from collections.abc import Callable
 from contextlib import suppress
-from types import TracebackType
 from typing import Any, cast
 
 from devices.clock import Clock
@@ -59,7 +58,7 @@ FIGURES = {
 
 
 class Crowd:
-    """Simulated people who join once the session is live. Use as a context manager.
+    """Simulated people who join once the session is live.
 
     Args:
         hub: where they join.
@@ -93,17 +92,9 @@ class Crowd:
         self._attempts: tuple[Attempt, ...] = ()
         self._directing = Task("direct the people", self._directed)
 
-    def __enter__(self) -> Crowd:
+    def start(self) -> None:
+        """Wait for the session to be live, on a thread, and let people join then."""
         self._directing.start()
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self.end()
 
     @property
     def process_ids(self) -> tuple[int, ...]:
@@ -111,7 +102,7 @@ class Crowd:
         return () if self._process is None else (self._process.process_id,)
 
     def end(self) -> None:
-        """Let people leave and give their figures; harmless when they have."""
+        """Let people leave and give their figures; harmless when they have, or never came."""
         self._directing.cancel()
         self._directing.join(ANSWER_S)
         self._leave()

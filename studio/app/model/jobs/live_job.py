@@ -194,7 +194,9 @@ class LiveJob(SceneJob):
         if hosting is not None:
             say = self.lines.put
             self.hub = stack.enter_context(hosted(hosting, scene, clock=clock, say=say))
-            self._joining = join_line(self.hub, hosting, invitations_for(self.hub, hosting))
+            self._joining = join_line(
+                self.hub, hosting, invitations=invitations_for(self.hub, hosting)
+            )
         live = LiveSession(
             plan.scene,
             scene,
