@@ -6,7 +6,7 @@ from collections import deque
 from dataclasses import dataclass, field
 
 from devices.hub.channels import BodyChannel, StateChannel, to_text
-from devices.hub.wire import pack_bodies
+from devices.hub.wire import join_items
 
 MAX_TEXTS = 1000
 """Texts that wait, the log's among them; more and the client is dropped."""
@@ -142,7 +142,7 @@ class Outbox:
     def _bundle(self, bodies: BodyChannel) -> bytes | None:
         newer = bodies.since(self._sent_bodies, but=self.index)
         self._sent_bodies = bodies.counter
-        for index, number, _data in newer:
+        for index, number, _item in newer:
             self.sent.dropped += max(0, number - self._body_numbers.get(index, number - 1) - 1)
             self._body_numbers[index] = number
-        return pack_bodies([(index, data) for index, _number, data in newer]) if newer else None
+        return join_items([item for _index, _number, item in newer]) if newer else None

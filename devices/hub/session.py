@@ -34,6 +34,9 @@ MAX_FAULTS = 20
 RENEW_NS = 5 * 60 * 10**9
 """Age of a token at which a connected person gets a fresh one: a third of its life."""
 
+SHOWN_NS = 2 * 10**9
+"""Age of a body at which a person is hidden, two seconds."""
+
 SAY_HZ, SAY_BURST = 2.0, 30.0
 """Lines about refusals in the log: an attack does not fill it; counts go on."""
 
@@ -197,9 +200,17 @@ class Session:
         """Return who is here, and who may come back."""
         return tuple(guest.person for guest in self._attendance.listed(now_ns))
 
-    def take(self, now_ns: int) -> Arrived:
-        """Return what people have sent since the last call."""
-        return self._inbox.take(self._attendance.listed(now_ns), now_ns)
+    def take(self) -> Arrived:
+        """Return what people have sent since the last call, without their bodies."""
+        return self._inbox.take()
+
+    def shown(self, now_ns: int) -> list[tuple[Person, bytes]]:
+        """Return everybody who shows a body, and the newest of each."""
+        return [
+            (guest.person, guest.body)
+            for guest in self._attendance.listed(now_ns)
+            if guest.body and now_ns - guest.body_ns <= SHOWN_NS
+        ]
 
     def change(
         self,
