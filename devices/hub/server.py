@@ -281,26 +281,36 @@ class Hub:
         assert self._ending is not None
         while not self._ending.is_set():
             now_ns = self._clock.now_ns()
-            with self._session.lock:
-                self._session.tick(now_ns)
-            for connection in list(self._connections):
-                connection.check(now_ns)
-            self._wake_all()
+            self._try(lambda at=now_ns: self._look_around(at))
             try:
                 async with asyncio.timeout(TICK_S):
                     await self._ending.wait()
             except TimeoutError:
                 continue
 
+    def _look_around(self, now_ns: int) -> None:
+        with self._session.lock:
+            self._session.tick(now_ns)
+        for connection in list(self._connections):
+            connection.check(now_ns)
+        self._wake_all()
+
+    def _try(self, call: Callable[[], None]) -> None:
+        """Do something again and again, of which one time may fail: the others count."""
+        try:
+            call()
+        except Exception as error:  # noqa: BLE001 - a defect, said; people stay connected
+            self._say(f"people: defect in the hub: {type(error).__name__}")
+
     async def _look_for_states(self) -> None:
         while True:
-            self._publish()
+            self._try(self._publish)
             await asyncio.sleep(LOOK_S if self._connections else IDLE_LOOK_S)
 
     async def _talk(self, request: web.BaseRequest, address: str) -> web.StreamResponse:
         if not web.WebSocketResponse().can_prepare(request):
             return web.Response(status=426, text="a WebSocket", headers=HEADERS)
-        self._publish()
+        self._try(self._publish)
         connection = Connection(self._session, clock=self._clock, peers=self._connections)
         self._connections.add(connection)
         try:
