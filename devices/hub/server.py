@@ -24,6 +24,7 @@ from devices.hub.entry.certificates import (
 from devices.hub.entry.pairing import PairingCodes
 from devices.hub.entry.tokens import Tokens
 from devices.hub.inbox import Avatars
+from devices.hub.port import Port
 from devices.hub.roles import Person, Role
 from devices.hub.session import Session
 from devices.hub.site import HEADERS, Site, is_loopback
@@ -51,9 +52,6 @@ IDLE_S = 15.0
 
 EVERYWHERE = ("0.0.0.0", "::", "")
 """Hosts that stand for all of this machine's addresses."""
-
-MAX_CONNECTIONS = 256
-"""Connections of all kinds; chosen: 32 people, six files at a time each, and room above."""
 
 
 class Hub:
@@ -250,24 +248,16 @@ class Hub:
             site.answer, access_log=None, logger=_silent(), keepalive_timeout=IDLE_S
         )
 
-        def accept() -> asyncio.Protocol:
-            protocol = server()
-            if len(server.connections) >= MAX_CONNECTIONS:
-                loop.call_soon(protocol.force_close)
-            return protocol
-
         tls = None if self._certificates is None else _tls(self._certificates)
-        listener = await loop.create_server(
-            accept, self._settings.host, self._settings.port, ssl=tls
-        )
+        port = Port(server, tls)
+        self._port = port.open(self._settings.host, self._settings.port)
         self._loop = loop
-        self._port = int(listener.sockets[0].getsockname()[1])
         listening.set_result(self._port)
         self._say(f"people: the hub listens at {self.url}")
         looking = asyncio.ensure_future(self._look_for_states())
         await self._keep_time()
         looking.cancel()
-        listener.close()
+        await port.close()
         with self._session.lock:
             self._session.end()
         self._wake_all()

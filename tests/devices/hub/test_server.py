@@ -424,7 +424,7 @@ def test_closing_says_goodbye_and_frees_the_port(house):
 def test_a_taken_port_is_an_error(house):
     port = int(house.url.rsplit(":", 1)[1].rstrip("/"))
     hub = Hub(HubSettings(port=port), {}, clock=WallClock())
-    with pytest.raises(OSError, match="address already in use"):
+    with pytest.raises(OSError, match="Address already in use"):
         hub.start()
     hub.close()
     with pytest.raises(RuntimeError, match="before"):
