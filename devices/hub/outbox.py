@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from devices.hub.channels import BodyChannel, StateChannel, to_text
@@ -49,6 +50,7 @@ class Outbox:
     is_overfull: bool = False
     token_number: int = 0
     next_body_ns: int = 0
+    _first: deque[str] = field(default_factory=deque[str])
     _texts: deque[str] = field(default_factory=deque[str])
     _text_bytes: int = 0
     _people: str | None = None
@@ -59,15 +61,15 @@ class Outbox:
     _sent_bodies: int = 0
     _body_numbers: dict[int, int] = field(default_factory=dict[int, int])
 
-    def begin(self, welcome: str, *, version: int, token_number: int) -> None:
-        """Put the first message; states after that version follow it, and everybody's body.
+    def begin(self, texts: Sequence[str], *, version: int, token_number: int) -> None:
+        """Put the first texts; states after that version follow them, and everybody's body.
 
         Args:
-            welcome: the message.
+            texts: the welcome, and the log that was missed: however long, nobody is slow yet.
             version: of the state in it.
             token_number: of the token in it.
         """
-        self.put(welcome)
+        self._first.extend(texts)
         self._first_version = self._sent_version = version
         self.token_number = token_number
 
@@ -91,6 +93,7 @@ class Outbox:
         """Send nothing more but goodbye."""
         if self.is_ending:
             return
+        self._first.clear()
         self._texts.clear()
         self._text_bytes = 0
         self.put(to_text({"kind": "bye", "why": why}))
@@ -119,6 +122,8 @@ class Outbox:
     def _next(
         self, states: StateChannel, bodies: BodyChannel, *, now_ns: int
     ) -> str | bytes | None:
+        if self._first:
+            return self._first.popleft()
         if self._texts:
             text = self._texts.popleft()
             self._text_bytes -= len(text)

@@ -304,9 +304,8 @@ class Session:
             "t_us": now_ns // 1000,
         }
         welcome = f'{to_text(fields)[:-1]},"state":{state}}}'
-        outbox.begin(welcome, version=states.version, token_number=guest.newest_token)
-        for entry in entries or ():
-            outbox.put(entry)
+        texts = [welcome, *(entries or ())]
+        outbox.begin(texts, version=states.version, token_number=guest.newest_token)
 
     def _do(self, visit: Visit, do: Do, *, now_ns: int) -> None:
         guest, outbox = visit.guest, visit.outbox
