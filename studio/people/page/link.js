@@ -16,7 +16,7 @@ const REMEDIES = {
 
 export class Link {
   /** `handlers`, all optional: status({ kind, words, remedy }), and by kind of message: welcome,
-      people, state, log, done, refused, bodies(buffer). */
+      people, rights, state, log, done, refused, bodies(buffer). */
   constructor(handlers) {
     this.handlers = handlers;
     this.token = sessionStorage.getItem(TOKEN);
@@ -132,6 +132,9 @@ export class Link {
       return;
     } else if (kind === "log") {
       this.logSeq = message.seq;
+    } else if (kind === "token") {
+      this.#keep(message.token);
+      return;
     } else if (kind === "bye") {
       this.leave(`The studio said goodbye: ${message.why}.`, "To come back, ask for a new code.");
       return;

@@ -75,14 +75,14 @@ export class LiveRoom extends Stage {
   take(message, now) {
     const sent = message.t_us / 1000;
     this.pacer.note(sent, now);
-    this.#takeObjects(message.objects, sent, now);
+    this.#takeObjects(message.objects, sent);
   }
 
   /** Takes everything there is, after a connection was made. */
-  takeWhole(objects, t_us, now) {
-    this.pacer.note(t_us / 1000, now);
+  takeWhole({ objects, t_us }) {
+    // When it was so is older than when it was sent: nothing is learnt of the clocks.
     for (const body of this.objects.values()) body.line.clear();
-    this.#takeObjects(objects, t_us / 1000, now);
+    this.#takeObjects(objects, t_us / 1000);
   }
 
   /** Puts objects where they are shown at a time; whether any has moved or still will. */
@@ -144,12 +144,12 @@ export class LiveRoom extends Stage {
     return Math.min(...ways);
   }
 
-  #takeObjects(objects, sent, now) {
-    for (const [id, [x, y, z, qx, qy, qz, qw, state, confidence]] of Object.entries(objects)) {
+  #takeObjects(objects, sent) {
+    for (const [id, values] of Object.entries(objects)) {
       const body = this.objects.get(id);
-      if (body === undefined) continue;
-      const pose = [x, y, z, qx, qy, qz, qw];
-      body.line.push(sent, pose);
+      if (body === undefined || values === null) continue;
+      const [state, confidence] = values.slice(7);
+      body.line.push(sent, values.slice(0, 7));
       body.state = state;
       body.isFlagged = state === "lost" || state === "occluded" || confidence < SURE;
       body.mesh.opacity = state === "lost" ? FAINT : 1;

@@ -13,6 +13,7 @@ import { encodeBody } from "live/wire.js";
 
 const NARROW_PX = 760;
 const BODY_MS = 33; // between two bodies without a headset
+const HEADSET_MS = 9; // the hub takes a hundred bodies a second
 const STILL_MS = 1000; // one who does not move is shown to be here all the same
 const STILL = 5e-4;
 const LABEL_OVER_M = 0.25;
@@ -54,12 +55,15 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
   const take = {
     welcome(message) {
       you = message.you;
-      tools.allow(message.rights);
-      headset.canDraw = message.rights.includes("line");
-      room.takeWhole(message.state.objects ?? {}, message.t_us, performance.now());
+      take.rights(message);
+      room.takeWhole(message.state);
       board.takeWhole(you, message.state);
       take.people(message);
       showObjects();
+    },
+    rights({ rights }) {
+      tools.allow(rights);
+      headset.canDraw = rights.includes("line");
     },
     people({ people: list }) {
       people.setList(list, you);
@@ -222,7 +226,7 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
     panel.showAge(now - link.heardAt);
     if (xrFrame && headset.isOn) {
       const body = headset.step(xrFrame);
-      if (body !== null) send(body, now);
+      if (body !== null && now - sent.at > HEADSET_MS && send(body, now)) sent = { at: now, numbers: [] };
       room.render();
       drawn += 1;
       return;
