@@ -9,15 +9,17 @@ const SKIN = 0xece6dd;
 const DARK = 0x23262d;
 const RAY_WIDTH_M = 0.006;
 const DOT_RADIUS_M = 0.014;
-const NECK_BELOW_EYES_M = 0.2;
+const NECK_BELOW_EYES_M = 0.185;
 const NECK_BEHIND_EYES_M = 0.08;
+const LARGER = 1.12; // of a head than in life: a face is read from further away
 const NEAR_M = 0.35; // nearer than this one looks through somebody
 const CLEAR_M = 0.9;
 const FAINTEST = 0.15;
 
 /** Half of a torso's outline, from the neck down: radius and height in metres. */
-const TORSO = [[0.045, 0.08], [0.05, 0.02], [0.075, -0.005], [0.14, -0.035], [0.195, -0.08],
-  [0.212, -0.15], [0.2, -0.26], [0.178, -0.38], [0.168, -0.47], [0.13, -0.53], [0, -0.55]];
+const TORSO = [[0.05, 0.045], [0.056, 0.02], [0.085, -0.004], [0.145, -0.032], [0.19, -0.078],
+  [0.203, -0.15], [0.186, -0.28], [0.166, -0.4], [0.15, -0.48], [0.11, -0.535], [0, -0.55]];
+const NECK = { radius: 0.043, length: 0.16, rise: 0.04, depth: 0.68 }; // a capsule that reaches into the head
 const TORSO_DEPTH = 0.58; // of its width
 
 /** Joints of a hand as WebXR orders them: the wrist, four of the thumb, five of each finger. */
@@ -38,7 +40,11 @@ export class Figure {
     this.cloth = material(colour);
     this.dark = material(DARK, 0.35);
     this.head = this.#head();
-    this.torso = new THREE.Mesh(torsoShape(), this.cloth);
+    this.torso = new THREE.Group();
+    const neck = new THREE.Mesh(new THREE.CapsuleGeometry(NECK.radius, NECK.length, 8, 28), this.skin);
+    neck.position.y = NECK.rise;
+    neck.scale.z = NECK.depth;
+    this.torso.add(new THREE.Mesh(torsoShape(), this.cloth), neck);
     this.ray = rod(RAY_WIDTH_M, colour);
     this.dot = new THREE.Mesh(new THREE.SphereGeometry(DOT_RADIUS_M, 16, 12),
       new THREE.MeshBasicMaterial({ color: colour }));
@@ -101,13 +107,12 @@ export class Figure {
     const head = new THREE.Group();
     const middle = new THREE.Group();
     middle.position.set(0, 0.015, 0.085);
+    middle.scale.setScalar(LARGER);
     const skull = ball(this.skin, [0.078, 0.112, 0.095]);
-    const jaw = ball(this.skin, [0.058, 0.075, 0.066], [0, -0.06, -0.026]);
+    const jaw = ball(this.skin, [0.062, 0.085, 0.074], [0, -0.048, -0.018]);
     const hair = new THREE.Mesh(
-      new THREE.SphereGeometry(1, 40, 24, 0, 2 * Math.PI, 0, 0.52 * Math.PI), this.cloth);
-    hair.scale.set(0.085, 0.118, 0.102);
-    hair.position.set(0, 0.008, 0.008);
-    hair.rotation.x = 0.5;
+      new THREE.SphereGeometry(1, 48, 28, 0, 2 * Math.PI, 0, 0.5 * Math.PI).rotateX(0.55), this.cloth);
+    hair.scale.set(0.083, 0.118, 0.101);
     const nose = ball(this.skin, [0.011, 0.02, 0.016], [0, -0.032, -0.094]);
     const eyes = [-1, 1].map((side) =>
       ball(this.dark, [0.0105, 0.0145, 0.007], [side * 0.031, -0.008, -0.0855]));

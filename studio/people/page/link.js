@@ -3,6 +3,7 @@
 const PING_MS = 1000;
 const SILENT_MS = 3000; // without any message a connection is given up: pongs come every second
 const CONNECT_WITHIN_MS = 3000;
+const SECOND_LOOK_MS = 400; // a page that draws for long reads what has come after its timers
 const WAITS_MS = [200, 500, 1000];
 const FULL_BYTES = 65536; // waiting to be sent: bodies are left out then
 const TOKEN = "gaussiannexus.token"; // of this tab only: a reload comes back without a code
@@ -101,7 +102,10 @@ export class Link {
     const socket = new WebSocket(`${scheme}://${location.host}/people`);
     socket.binaryType = "arraybuffer";
     this.socket = socket;
-    const late = setTimeout(() => this.#lost(socket), CONNECT_WITHIN_MS);
+    let late = setTimeout(() => {
+      late = setTimeout(() => this.#lost(socket), SECOND_LOOK_MS);
+      this.timers.push(late);
+    }, CONNECT_WITHIN_MS);
     this.timers.push(late);
     socket.addEventListener("open", () => {
       const known = this.logSeq === null ? {} : { log_seq: this.logSeq };
@@ -143,8 +147,11 @@ export class Link {
   }
 
   #beat() {
+    const { socket } = this;
+    const isSilent = () => performance.now() - this.heardAt > SILENT_MS;
+    const giveUp = () => { if (isSilent()) this.#lost(socket); };
     const beat = () => {
-      if (performance.now() - this.heardAt > SILENT_MS) this.#lost(this.socket);
+      if (isSilent()) this.timers.push(setTimeout(giveUp, SECOND_LOOK_MS));
       else this.#send({ kind: "ping", t_us: Math.round(performance.now() * 1000) });
     };
     this.timers.push(setInterval(beat, PING_MS));

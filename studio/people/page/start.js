@@ -105,7 +105,8 @@ function showJoin(words) {
   byId("join-state").textContent = words;
   byId("join-state").className = words ? "refused" : "";
   byId("join-button").disabled = false;
-  (byId("code").value ? byId("join-button") : byId("code")).focus();
+  const missing = ["name", "code"].find((id) => !byId(id).value);
+  byId(missing ?? "join-button").focus();
 }
 
 async function join(event) {
