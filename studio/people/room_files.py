@@ -85,10 +85,10 @@ def write_room_files(
     cancelled = cancelled or threading.Event()
     objects = _write_objects(scene, folder, max_splats=max_splats, cancelled=cancelled)
     left = max_splats - sum(objects.values())
-    first = _write_first(scene.room, folder, cancelled=cancelled)
+    first = _write_first(scene.room, folder, max_splats=left, cancelled=cancelled)
     room: str | None = None
     has_bands = scene.room.sh.shape[1] > 1
-    if min(left, len(scene.room)) > first or (has_bands and left >= len(scene.room)):
+    if has_bands or first < min(left, len(scene.room)):
         _stop_if(cancelled)
         room = "room"
         write_browser_spz(folder / "room.spz", thinned(scene.room, left))
@@ -131,11 +131,14 @@ def _write_objects(
     return counts
 
 
-def _write_first(room: SplatCloud, folder: Path, *, cancelled: threading.Event) -> int:
+def _write_first(
+    room: SplatCloud, folder: Path, *, max_splats: int, cancelled: threading.Event
+) -> int:
     """Return how many splats the thinned room has; without colours that change with the view."""
+    most = min(len(room), max_splats)
     path = folder / "first.spz"
     plain = SplatCloud(room.means, room.scales, room.rotations, room.opacities, room.sh[:, :1])
-    count = max(1, min(len(room), FIRST_TRY_SPLATS))
+    count = max(1, min(most, FIRST_TRY_SPLATS))
     best = 0
     for _ in range(MAX_TRIES):
         _stop_if(cancelled)
@@ -143,9 +146,9 @@ def _write_first(room: SplatCloud, folder: Path, *, cancelled: threading.Event) 
         size = write_browser_spz(path, cloud)
         if size <= MAX_FIRST_BYTES:
             best = len(cloud)
-            if best == len(room) or size > AIM**2 * MAX_FIRST_BYTES:
+            if best == most or size > AIM**2 * MAX_FIRST_BYTES:
                 break
-        count = max(1, min(len(room), int(AIM * count * MAX_FIRST_BYTES / size)))
+        count = max(1, min(most, int(AIM * count * MAX_FIRST_BYTES / size)))
     if path.stat().st_size > MAX_FIRST_BYTES:
         best = len(thinned(plain, best or 1))
         write_browser_spz(path, thinned(plain, best))

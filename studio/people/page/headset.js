@@ -15,8 +15,8 @@ const ARC_STEP_S = 0.05;
 const ARC_STEPS = 40;
 const TIP_M = 0.06; // before a controller, where it draws
 const PINCH_M = 0.015;
-const FREE = [0.34, 0.71, 0.91];
-const BLOCKED = [1, 0.4, 0.35];
+const ARC_COLOUR = [0.34, 0.71, 0.91];
+const ELBOW_ROOM_M = 0.25; // so far from the walls one stands
 const [THUMB_TIP, MIDDLE_TIP] = [4, 14];
 
 export class Headset {
@@ -138,13 +138,12 @@ export class Headset {
     const points = [...place.toArray()];
     for (let i = 0; i < ARC_STEPS && place.y > 0; i++) {
       speed.y -= FALL_M_S2 * ARC_STEP_S;
-      place.addScaledVector(speed, ARC_STEP_S);
+      // At a wall it falls straight down: one lands before it.
+      this.#within(place.addScaledVector(speed, ARC_STEP_S));
       points.push(place.x, Math.max(place.y, 0.01), place.z);
     }
-    place.y = 0;
-    const isFree = this.#within(place.clone()).distanceTo(place) < 1e-3;
-    this.landing = isFree ? place : null;
-    this.arc.show(points, isFree ? FREE : BLOCKED);
+    this.landing = place.setY(0);
+    this.arc.show(points, ARC_COLOUR);
   }
 
   /** Moves the rig so that the head is over a place of the floor. */
@@ -160,8 +159,12 @@ export class Headset {
   /** A place of the floor, moved to within the room. */
   #within(place) {
     const [[lowX, lowY], [highX, highY]] = this.room.manifest.footprint;
-    place.x = THREE.MathUtils.clamp(place.x, lowX, highX);
-    place.z = THREE.MathUtils.clamp(place.z, -highY, -lowY);
+    const clamp = (value, low, high) => {
+      const room = Math.min(ELBOW_ROOM_M, (high - low) / 2);
+      return THREE.MathUtils.clamp(value, low + room, high - room);
+    };
+    place.x = clamp(place.x, lowX, highX);
+    place.z = clamp(place.z, -highY, -lowY);
     return place;
   }
 

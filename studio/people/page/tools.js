@@ -103,6 +103,7 @@ export class Tools {
 
   #up(event) {
     if (event.pointerId !== this.held) return;
+    this.pointer = [event.clientX, event.clientY];
     this.#go();
     this.#end();
   }
