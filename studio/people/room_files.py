@@ -1,4 +1,4 @@
-"""A room as files for the live page: a thinned room first, the whole one, each object, a manifest."""
+"""A room as files for the live page: thinned first, then whole, each object, and a manifest."""
 
 from __future__ import annotations
 
@@ -108,7 +108,10 @@ def _known_files(folder: Path, made_of: str) -> dict[str, Path] | None:
         if manifest["made_of"] != made_of:
             return None
         parts = [manifest["first_part"], manifest["room_part"]]
-        parts += [part for item in manifest["objects"] for part in (item["part"], item["shadow_part"])]
+        parts += [
+            part
+            for item in manifest["objects"] for part in (item["part"], item["shadow_part"])
+        ]
     except (OSError, ValueError, KeyError, TypeError):
         return None
     files = {f"{part}.spz": folder / f"{part}.spz" for part in parts if part is not None}
@@ -160,9 +163,7 @@ def object_part(index: int) -> str:
     return f"object-{index}"
 
 
-def _manifest(
-    scene: ScenePackage, *, room_part: str | None, shadows: set[str]
-) -> dict[str, Any]:
+def _manifest(scene: ScenePackage, *, room_part: str | None, shadows: set[str]) -> dict[str, Any]:
     """Return everything that the page knows of the room before anybody says so."""
     heights = scene.room.means[:, 2]
     height = float(np.quantile(heights, HEIGHT_QUANTILE)) if len(scene.room) else MIN_HEIGHT_M

@@ -16,7 +16,6 @@ from studio.handover.viewer_page import write_viewer
 from studio.handover.web_files import licences
 from studio.session.plan import SessionPlan
 
-
 CHAIR_FROM, CHAIR_TO = (-0.4, 0.3, 0.0), (0.9, -0.6, 0.0)
 
 

@@ -80,13 +80,15 @@ def facing(place: tuple[float, float, float], yaw: float) -> Pose:
 
 
 def open_hand(wrist: tuple[float, float, float], *, side: float) -> Hand:
-    """A flat hand of ordinary size, fingers along -z; `side` +1 for the right one, -1 for the left."""
+    """A flat hand of ordinary size, fingers along -z; `side` is +1 of a right one, else -1."""
     joints, radii = [(0.0, 0.0, 0.0)], [0.012]
     for finger, bones in enumerate(FINGERS):
         across = side * (-0.035 + 0.018 * finger)
         for bone in range(bones):
             reach = 0.02 + 0.03 * bone if finger == 0 else 0.025 + 0.028 * bone
-            away = across * (0.6 + 0.4 * min(bone, 2)) - side * (0.02 * bone if finger == 0 else 0.0)
+            away = across * (0.6 + 0.4 * min(bone, 2)) - side * (
+                0.02 * bone if finger == 0 else 0.0
+            )
             joints.append((away, 0.004 * bone - 0.003 * bone * bone, -reach * (1.2 if bone else 1)))
             radii.append(0.011 - 0.0015 * bone)
     return Hand(np.array(joints) + np.array(wrist), np.array(radii))

@@ -1,4 +1,4 @@
-"""The page in an emulated headset (iwer as a Quest 3): entering, what is sent, pointing, jumping."""
+"""The page in an emulated headset (iwer as a Quest 3): what is sent, pointing, jumping."""
 
 import time
 
@@ -25,8 +25,10 @@ def inside(page, hub, iwer_source):
     page.evaluate("document.getElementById('join-button').click()")
     page.wait_for(READY)
     page.wait_for("document.getElementById('vr').ariaDisabled === 'false'")
-    page.evaluate("live.control.camera.position.set(0, -0.5, 1.6); live.control.lookAt("
-                  "live.room.camera.position.clone().set(0, 3, 1.6))")
+    page.evaluate(
+        "live.control.camera.position.set(0, -0.5, 1.6); live.control.lookAt("
+        "live.room.camera.position.clone().set(0, 3, 1.6))"
+    )
     page.evaluate("document.getElementById('vr').click()")
     page.wait_for("live.headset.isOn")
     yield page
@@ -93,7 +95,9 @@ def test_the_thumbstick_jumps_to_where_the_arc_ends_and_turns(inside):
     inside.evaluate("headset.controllers.right.updateAxes('thumbstick', 0, 0)")
     inside.wait_for("!live.headset.arc.isShown")
 
-    head = inside.evaluate("live.headset.rig.position.toArray().map((v, i) => v + [0.2, 0, 0.1][i])")
+    head = inside.evaluate(
+        "live.headset.rig.position.toArray().map((v, i) => v + [0.2, 0, 0.1][i])"
+    )
     assert head == pytest.approx(landing, abs=1e-3)
     assert np.linalg.norm(np.subtract(landing, before)) > 0.3
     inside.evaluate("headset.controllers.right.updateAxes('thumbstick', 1, 0)")
@@ -111,7 +115,10 @@ def test_hands_arrive_with_all_their_joints(inside, invite_guest):
         assert 0.12 < spread.max() < 0.25
         assert (hand.radii_m > 0.003).all()
     # One sees one's own hands.
-    assert inside.evaluate("live.headset.figure.hands.map((hand) => hand.group.visible)") == [True, True]
+    assert inside.evaluate("live.headset.figure.hands.map((hand) => hand.group.visible)") == [
+        True,
+        True,
+    ]
 
 
 def test_leaving_vr_leads_back_to_the_page(inside):

@@ -1,4 +1,4 @@
-"""The page in a real browser against the real hub: joining, what moves, who is there, what is drawn."""
+"""The page in a real browser against the real hub: joining, what moves, who is there, lines."""
 
 import time
 
@@ -135,7 +135,9 @@ def test_an_object_moves_as_the_studio_publishes_it(page, hub):
     # What the tracker doubts is marked, in the list and in the picture.
     hub.publish(moved(state, 1.0, track_state=TrackState.LOST, confidence=0.1))
     page.wait_for("document.querySelector('#objects .state').textContent === 'lost'")
-    page.wait_for("[...document.querySelectorAll('#labels span')].some((l) => /lost/.test(l.textContent))")
+    page.wait_for(
+        "[...document.querySelectorAll('#labels span')].some((l) => /lost/.test(l.textContent))"
+    )
 
 
 def test_somebody_else_is_seen_with_head_hands_and_ray(page, hub, invite_guest):
@@ -205,18 +207,24 @@ def test_one_is_seen_looking_and_pointing(page, hub):
         ".project(live.room.camera); return [innerWidth * (1 + p.x) / 2,"
         " innerHeight * (1 - p.y) / 2]; })()"
     )
-    page.call("Input.dispatchMouseEvent", type="mousePressed", x=x, y=y, button="left", clickCount=1)
+    page.call(
+        "Input.dispatchMouseEvent", type="mousePressed", x=x, y=y, button="left", clickCount=1
+    )
 
     avatar = body_of(hub, lambda avatar: avatar.ray is not None)
     # The ray ends on the box, before what is behind it.
     assert np.linalg.norm(avatar.ray[1] - [0.3, 0.2, 0.2]) < 0.35
-    assert avatar.world_from_head.translation == pytest.approx(page.evaluate("live.eye()"), abs=1e-3)
+    assert avatar.world_from_head.translation == pytest.approx(
+        page.evaluate("live.eye()"), abs=1e-3
+    )
     ahead = avatar.world_from_head.rotation[:, 2]
     target = np.array(page.evaluate("live.control.orbit.target.toArray()"))
     towards = target - avatar.world_from_head.translation
     assert ahead == pytest.approx(towards / np.linalg.norm(towards), abs=1e-3)
 
-    page.call("Input.dispatchMouseEvent", type="mouseReleased", x=x, y=y, button="left", clickCount=1)
+    page.call(
+        "Input.dispatchMouseEvent", type="mouseReleased", x=x, y=y, button="left", clickCount=1
+    )
     body_of(hub, lambda avatar: avatar.ray is None)
 
 
@@ -224,8 +232,10 @@ def test_one_walks_at_eye_height_and_not_through_walls(page, hub):
     join(page, hub)
     page.press("g", "KeyG")
     assert page.evaluate("live.eye()[2]") == pytest.approx(1.6)
-    page.evaluate("live.control.camera.position.set(0, 0, 1.6); live.control.lookAt("
-                  "live.room.camera.position.clone().set(5, 0, 1.6))")
+    page.evaluate(
+        "live.control.camera.position.set(0, 0, 1.6); live.control.lookAt("
+        "live.room.camera.position.clone().set(5, 0, 1.6))"
+    )
     page.hold("w", "KeyW", 0.5)
     page.wait_for("live.eye()[0] > 0.5")
     for _ in range(5):
@@ -237,9 +247,11 @@ def test_one_walks_at_eye_height_and_not_through_walls(page, hub):
 
 def test_a_connection_that_breaks_comes_back_and_says_so(page, hub):
     join(page, hub)
-    page.evaluate("window.words = []; new MutationObserver(() => words.push("
-                  "document.getElementById('link').innerText)).observe("
-                  "document.getElementById('link'), {subtree: true, childList: true})")
+    page.evaluate(
+        "window.words = []; new MutationObserver(() => words.push("
+        "document.getElementById('link').innerText)).observe("
+        "document.getElementById('link'), {subtree: true, childList: true})"
+    )
     page.evaluate("live.link.socket.close(); 1")
     page.wait_for("words.some((w) => /trying again/.test(w)) && live.link.isOpen", seconds=10)
     page.wait_for("document.getElementById('link').className === 'here'", seconds=10)

@@ -1,4 +1,4 @@
-"""Modules of the page that draw nothing, in the browser: bytes of bodies, moments, the self-test."""
+"""Modules of the page that draw nothing, in the browser: bodies, moments, the self-test."""
 
 import json
 
@@ -49,8 +49,14 @@ def whole_body(invite_guest):
         seq=4_000_000_000,
         t_us=1_234_567_890_123,
         room_from_head=tools.facing((0.3, 1.6, -0.8), 0.5),
-        controllers=(tools.controller((-1.0, 1.0, 0.5), 0.2), tools.controller((1, 1.25, 0.5), -2.0)),
-        hands=(tools.open_hand((-0.2, 1.1, 0.3), side=-1), tools.open_hand((0.2, 1.1, 0.3), side=1)),
+        controllers=(
+            tools.controller((-1.0, 1.0, 0.5), 0.2),
+            tools.controller((1, 1.25, 0.5), -2.0),
+        ),
+        hands=(
+            tools.open_hand((-0.2, 1.1, 0.3), side=-1),
+            tools.open_hand((0.2, 1.1, 0.3), side=1),
+        ),
         ray=np.array([[0.1, 1.2, 0.3], [-2.0, 0.0, 1.5]]),
     )
 
@@ -98,7 +104,8 @@ def test_bodies_of_others_are_read_and_rubbish_is_none(checked, imports, whole_b
     found = run(
         checked,
         f"const w = {imports('wire')}; const all = new Uint8Array({list(packed)});"
-        "const read = (n) => w.decodeBodies(all.slice(0, n).buffer).map(([i, b]) => [i, b.seq, b.head]);"
+        "const read = (n) => w.decodeBodies(all.slice(0, n).buffer)"
+        ".map(([i, b]) => [i, b.seq, b.head]);"
         "const cut = []; for (let n = 0; n < all.length; n++) cut.push(read(n).length);"
         "return [read(all.length), Math.max(...cut), w.decodeBody(new Uint8Array(40))];",
     )
@@ -121,7 +128,8 @@ def test_what_moves_is_shown_two_moments_late_and_what_rests_does_not_slide(chec
         "const lag = 59 - at(5010 + 30 * 59); const held = at(9999);"
         # It rests for a second, then moves on: nothing of that second slides.
         "pacer.note(2800, 7810); line.push(2800, 70);"
-        "return [lag, held, at(7800), line.at(7810 + 200)[0], line.isMoving(7810), line.isMoving(8100)];",
+        "return [lag, held, at(7800), line.at(7810 + 200)[0], line.isMoving(7810),"
+        " line.isMoving(8100)];",
     )
 
     lag, held, resting, after, *moving = shown
@@ -139,7 +147,8 @@ def test_the_self_test_says_what_blocks_and_what_to_do(checked, hub):
     rows = json.loads(
         checked.evaluate(
             "JSON.stringify([...document.querySelectorAll('#checks li')].map((row) =>"
-            " [row.querySelector('h2').textContent, row.className, row.querySelector('.remedy').textContent]))"
+            " [row.querySelector('h2').textContent, row.className,"
+            " row.querySelector('.remedy').textContent]))"
         )
     )
     found = {name: (kind, remedy) for name, kind, remedy in rows}
