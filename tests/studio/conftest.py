@@ -21,12 +21,12 @@ from scenes.pose import Pose
 from scenes.splats import SplatCloud
 from scenes.state import Avatar, ObjectModel, TrackedObject, TrackState
 from sim.truth import GroundTruth
-from studio.handover.web_files import MissingWebFilesError, web_modules
 from studio.session.opening import scene_hash
 from studio.session.pipeline import ExactExecutor, PacedExecutor
 from studio.session.plan import Pace
 from studio.session.session import Session
 from studio.session.sources import SessionInput, SessionMessage
+from studio.web.web_files import MissingWebFilesError, web_modules
 from tracking.output import TrackOutput
 
 LENS_PX, FRAMES, FPS = 64, 12, 10

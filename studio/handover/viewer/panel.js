@@ -1,6 +1,6 @@
 // What stands beside the picture: objects with their state, people, events, and the time.
 import { around, latest } from "viewer/moments.js";
-import { addRow, fillRow, STATES } from "viewer/rows.js";
+import { addRow, fillRow, STATES } from "shared/rows.js";
 
 const byId = (id) => document.getElementById(id);
 

@@ -1,9 +1,9 @@
 // A recorded room: splats of the room and of every object, people, rays and lines at a time.
 import * as THREE from "three";
-import { COLOURS, Figure } from "viewer/figure.js";
+import { COLOURS, Figure } from "shared/figure.js";
 import { around, latest, mixed, pose } from "viewer/moments.js";
-import { Line, rod, stretch } from "viewer/shapes.js";
-import { layShadow, Stage } from "viewer/stage.js";
+import { Line, rod, stretch } from "shared/shapes.js";
+import { layShadow, Stage } from "shared/stage.js";
 
 const STEM_WIDTH_M = 0.012;
 const LINE_WIDTH_M = 0.008;

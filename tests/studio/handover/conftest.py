@@ -13,8 +13,8 @@ from studio import rehearsal
 from studio.console.progress import Progress
 from studio.handover.moments import Moments
 from studio.handover.viewer_page import write_viewer
-from studio.handover.web_files import licences
 from studio.session.plan import SessionPlan
+from studio.web.web_files import licences
 
 CHAIR_FROM, CHAIR_TO = (-0.4, 0.3, 0.0), (0.9, -0.6, 0.0)
 

@@ -1,7 +1,7 @@
 // Lines that people draw, and surfaces that they mark: shown as the studio's log says, one's own at
 // once. A line is sent whole again as it grows.
 import * as THREE from "three";
-import { Line } from "viewer/shapes.js";
+import { Line } from "shared/shapes.js";
 
 const LINE_WIDTH_M = 0.009;
 const FRAME_WIDTH_M = 0.012;

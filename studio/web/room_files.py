@@ -16,11 +16,11 @@ from scenes.pose import Pose
 from scenes.render.reduction import thinned
 from scenes.splats import SplatCloud
 from scenes.state import ObjectModel
-from studio.handover.browser_spz import write_browser_spz
-from studio.handover.splat_parts import shadow_part, write_shadow_parts
-from studio.handover.views import first_places, views_of
 from studio.session.opening import scene_hash
 from studio.session.pipeline import CancelledError
+from studio.web.browser_spz import write_browser_spz
+from studio.web.splat_parts import shadow_part, write_shadow_parts
+from studio.web.views import first_places, views_of
 
 MANIFEST = "manifest.json"
 """File with everything but the splats."""
@@ -109,8 +109,7 @@ def _known_files(folder: Path, made_of: str) -> dict[str, Path] | None:
             return None
         parts = [manifest["first_part"], manifest["room_part"]]
         parts += [
-            part
-            for item in manifest["objects"] for part in (item["part"], item["shadow_part"])
+            part for item in manifest["objects"] for part in (item["part"], item["shadow_part"])
         ]
     except (OSError, ValueError, KeyError, TypeError):
         return None
@@ -196,7 +195,7 @@ def _size(item: ObjectModel) -> dict[str, float]:
 
 
 def _on_the_wire(world_from_object: Pose) -> list[float]:
-    """Return place and quaternion x y z w, room and object both with y up, as the hub sends them."""
+    """Return place and quaternion x y z w as the hub sends them: room and object with y up."""
     pose = WORLD_FROM_GLTF.inverse() @ world_from_object @ WORLD_FROM_GLTF
     w, x, y, z = pose.quaternion().tolist()
     return [round(float(n), DECIMALS) for n in (*pose.translation.tolist(), x, y, z, w)]

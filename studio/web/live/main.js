@@ -1,8 +1,8 @@
 // The live room on a page: what the studio sends is shown, what one does is sent.
 import * as THREE from "three";
-import { CameraControl } from "viewer/camera.js";
-import { COLOURS, Figure } from "viewer/figure.js";
-import { Sharpness } from "viewer/sharpness.js";
+import { CameraControl } from "shared/camera.js";
+import { COLOURS, Figure } from "shared/figure.js";
+import { Sharpness } from "shared/sharpness.js";
 import { Board } from "live/board.js";
 import { Headset } from "live/headset.js";
 import { LiveRoom } from "live/live_room.js";

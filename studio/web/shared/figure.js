@@ -1,7 +1,7 @@
 // A person as others see them: head with a face, shoulders below it, hands, and a pointing ray.
 // In the axes of headsets: metres, Y up; a head looks along -Z and its origin is between the eyes.
 import * as THREE from "three";
-import { rod, stretch } from "viewer/shapes.js";
+import { rod, stretch } from "shared/shapes.js";
 
 /** Colours that people with any colour vision tell apart (Okabe and Ito), one a person. */
 export const COLOURS = [0x56b4e9, 0xe69f00, 0x3ed6a0, 0xcc79a7, 0xf0c733, 0xff9a62];

@@ -2,7 +2,7 @@
 
 import re
 
-from studio.people.page import IMPORT, PAGE, live_page
+from studio.web.live_page import IMPORT, PAGE, live_page
 
 
 def text(asset):
@@ -19,7 +19,7 @@ def test_the_room_is_for_people_in_the_session_and_the_page_for_everybody(assets
 
 def test_modules_import_each_other_by_addresses_that_are_served(assets):
     scripts = {path: text(asset) for path, asset in assets.items() if path.endswith(".js")}
-    own = {p: s for p, s in scripts.items() if p.startswith(("/assets/live/", "/assets/viewer/"))}
+    own = {p: s for p, s in scripts.items() if p.startswith(("/assets/live/", "/assets/shared/"))}
 
     named = {found[2] for source in own.values() for found in IMPORT.findall(source)}
     assert len(named) > 15

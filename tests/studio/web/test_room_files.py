@@ -7,8 +7,8 @@ import pytest
 from scenes.formats.registry import read_splats
 from scenes.frames import WORLD_FROM_GLTF
 from scenes.pose import Pose, rotation_from_quaternion
-from studio.people.room_files import MANIFEST, MAX_FIRST_BYTES, write_room_files
 from studio.session.pipeline import CancelledError
+from studio.web.room_files import MANIFEST, MAX_FIRST_BYTES, write_room_files
 
 
 @pytest.fixture(scope="module")

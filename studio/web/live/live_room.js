@@ -1,6 +1,6 @@
 // The live room: splats of the room and of every object, which stand where the studio has them.
 import * as THREE from "three";
-import { layShadow, Stage } from "viewer/stage.js";
+import { layShadow, Stage } from "shared/stage.js";
 import { Pacer, Timeline } from "live/timeline.js";
 
 const REST_MS = 400; // an object that has not moved for so long stands on something

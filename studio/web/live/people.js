@@ -1,6 +1,6 @@
 // The other people: a figure each, moved between the bodies that come, and a name above it.
 import * as THREE from "three";
-import { COLOURS, Figure } from "viewer/figure.js";
+import { COLOURS, Figure } from "shared/figure.js";
 import { Pacer, Timeline } from "live/timeline.js";
 import { decodeBodies } from "live/wire.js";
 

@@ -3,8 +3,8 @@ import shutil
 
 import pytest
 
-from studio.handover import web_files
-from studio.handover.web_files import WEB, MissingWebFilesError, module_source, web_modules
+from studio.web import web_files
+from studio.web.web_files import WEB, MissingWebFilesError, module_source, web_modules
 
 LOCKED = ("package.json", "package-lock.json", ".npmrc")
 

@@ -13,8 +13,8 @@ from scenes.package import ScenePackage
 from scenes.pose import Pose
 from scenes.splats import SplatCloud
 from scenes.state import ObjectModel
-from studio.handover.web_files import WEB, MissingWebFilesError, fetch
-from studio.people.page import live_page
+from studio.web.live_page import live_page
+from studio.web.web_files import WEB, MissingWebFilesError, fetch
 
 PER_WALL = 300
 

@@ -1,5 +1,5 @@
 // What stands beside the picture: who is here, the objects with their state, and the connection.
-import { addRow, fillRow, STATES } from "viewer/rows.js";
+import { addRow, fillRow, STATES } from "shared/rows.js";
 import { colourOf } from "live/people.js";
 
 const AGE_FROM_MS = 2000;

@@ -1,8 +1,8 @@
 """The page of the live room, as the files that the hub serves.
 
-A room of its own above `studio/handover`, whose viewer it grew out of: both pages share modules
-(`studio/handover/viewer`), libraries and files of splats, but this one is many files that a server
-sends, private ones to people in the session alone, where the viewer is one file for the mail.
+It grew out of the shared viewer and has modules, libraries and files of splats in common with it,
+hence this room below both `studio/handover` and `studio/live`. The viewer is one file for the mail;
+this page is many files that a server sends, the room's to people in the session alone.
 """
 
 from __future__ import annotations
@@ -18,23 +18,12 @@ from pathlib import Path
 from devices.hub.contract import Asset
 from scenes.formats.storage.atomic import write_whole
 from scenes.package import ScenePackage
-from studio.handover.viewer_page import VIEWER
-from studio.handover.web_files import module_source
-from studio.people.room_files import MAX_SPLATS, write_room_files
 from studio.view.fonts import FACES, WEIGHTS
+from studio.web.room_files import MAX_SPLATS, write_room_files
+from studio.web.web_files import SHARED_MODULES, STYLE, module_source
 
-PAGE = Path(__file__).parent / "page"
+PAGE = Path(__file__).parent / "live"
 """The page's own files."""
-
-SHARED_MODULES = (
-    "camera.js",
-    "figure.js",
-    "rows.js",
-    "shapes.js",
-    "sharpness.js",
-    "stage.js",
-)
-"""Modules of the shared viewer that this page shows the room with, too."""
 
 ENTRIES = ("start.js", "check.js")
 """Modules that a page begins with."""
@@ -79,7 +68,7 @@ def live_page(
     """
     room = write_room_files(scene, folder / "room", max_splats=max_splats, cancelled=cancelled)
     own = {f"live/{path.name}": path for path in sorted(PAGE.glob("*.js")) if path.name != EARLY}
-    shared = {f"viewer/{name}": VIEWER / name for name in SHARED_MODULES}
+    shared = {f"shared/{path.name}": path for path in SHARED_MODULES}
     sources = {name: module_source(path) for name, path in {**modules, **own, **shared}.items()}
     addresses = _addresses(sources)
     assets = _module_assets(sources, addresses, folder / "modules")
@@ -92,7 +81,7 @@ def live_page(
     for path, name in (("/", "live.html"), ("/check", "check.html")):
         assets[path] = Asset(_filled(PAGE / name, filled), "text/html; charset=utf-8")
     assets["/assets/early.js"] = Asset((PAGE / EARLY).read_bytes(), JAVASCRIPT)
-    for name, path in (("style.css", VIEWER / "style.css"), ("live.css", PAGE / "live.css")):
+    for name, path in (("style.css", STYLE), ("live.css", PAGE / "live.css")):
         assets[f"/assets/{name}"] = Asset(path.read_bytes(), "text/css; charset=utf-8")
     for weight, name in WEIGHTS.items():
         assets[f"/assets/fonts/{weight}.ttf"] = Asset(FACES / name, "font/ttf")

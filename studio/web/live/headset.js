@@ -1,7 +1,7 @@
 // In a headset: one's own head, controllers and hands at display rate, teleport, pointing, drawing.
 // Poses are in upright axes: metres, Y up, as headsets and the studio's wire have them.
 import * as THREE from "three";
-import { Line } from "viewer/shapes.js";
+import { Line } from "shared/shapes.js";
 
 const FEATURES = { requiredFeatures: ["local-floor"], optionalFeatures: ["hand-tracking"] };
 const MAX_STD_DEV = Math.sqrt(5); // of splats, which a headset's graphics are too slow to draw wider
