@@ -112,7 +112,7 @@ class Attendance:
     _guests: dict[str, Guest] = field(default_factory=dict[str, Guest])
     _last_index: int = 0
 
-    def add(self, name: str, role: Role, now_ns: int) -> Guest:
+    def add(self, name: str, role: Role, *, now_ns: int) -> Guest:
         """Let somebody in.
 
         Raises:

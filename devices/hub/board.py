@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from devices.hub.messages import Do, OpError
 from devices.hub.roles import Op
 from scenes.frames import WORLD_FROM_GLTF
-from scenes.state import Annotation, LiveSurface
+from scenes.state import Annotation, LiveSurface, SceneState
 
 MAX_LINES = 2000
 """Lines at the same time; chosen: an hour of drawing."""
@@ -37,6 +38,9 @@ SURFACE_PX = 1024
 
 GLTF_FROM_WORLD = WORLD_FROM_GLTF.inverse()
 """From the session's axes to those of the wire."""
+
+ROOM = "room"
+"""Author of what the session itself has drawn."""
 
 NOTHING = np.zeros((0, 3))
 """Points of what is erased."""
@@ -90,6 +94,30 @@ class Drawn:
         return LiveSurface(self.key, corners, size_px, "")
 
 
+def drawn_by_room(
+    before: SceneState, state: SceneState, *, is_known: Callable[[Annotation | LiveSurface], bool]
+) -> Iterator[Drawn]:
+    """Yield lines and surfaces in which two states differ; one that is gone without points.
+
+    Args:
+        before: the state before.
+        state: the next one.
+        is_known: whether a value has come from the people themselves.
+    """
+    if state.annotations is not before.annotations:
+        for key, line in state.annotations.items():
+            if before.annotations.get(key) is not line and not is_known(line):
+                yield drawn_line(line, by=ROOM)
+        for key in before.annotations.keys() - state.annotations.keys():
+            yield Drawn(Op.LINE, key, ROOM, NOTHING)
+    if state.surfaces is not before.surfaces:
+        for key, surface in state.surfaces.items():
+            if before.surfaces.get(key) is not surface and not is_known(surface):
+                yield drawn_surface(surface, by=ROOM)
+        for key in before.surfaces.keys() - state.surfaces.keys():
+            yield Drawn(Op.SURFACE, key, ROOM, NOTHING)
+
+
 def drawn_line(annotation: Annotation, *, by: str) -> Drawn:
     """Return a line of the session as it is on the wire."""
     points = GLTF_FROM_WORLD @ np.asarray(annotation.points_in_world, dtype=np.float64)
@@ -105,7 +133,7 @@ def drawn_surface(surface: LiveSurface, *, by: str) -> Drawn:
 
 @dataclass(slots=True, eq=False)
 class _Step:
-    """What one undo takes back.
+    """A line or surface before the operations that one undo takes back.
 
     Attributes:
         before: as it was.
@@ -139,7 +167,7 @@ class Board:
             },
         }
 
-    def do(self, person_id: str, do: Do, now_ns: int) -> Drawn:
+    def do(self, person_id: str, do: Do, *, now_ns: int) -> Drawn:
         """Do what a person asks for; return what has become of the line or surface.
 
         Raises:
@@ -149,15 +177,16 @@ class Board:
             steps = self._steps.get(person_id)
             if not steps:
                 raise OpError("there is nothing to undo", op_id=do.op_id)
-            before = steps.pop().before
+            before = steps[-1].before
             self._check_room(before, do)
+            steps.pop()
             self.put(before)
             return before
         key = own_key(person_id, do.key)
         changed = Drawn(do.op, key, person_id, do.points, do.colour)
         self._check_room(changed, do)
         before = self._of(do.op).get(key) or Drawn(do.op, key, person_id, NOTHING, do.colour)
-        self._remember(person_id, before, changed, now_ns)
+        self._remember(before, changed, now_ns=now_ns)
         self.put(changed)
         return changed
 
@@ -190,9 +219,9 @@ class Board:
         if drawn.op is Op.LINE and self._points + more > MAX_POINTS_IN_ALL:
             raise OpError(f"lines of {self._points} points are there, erase some", op_id=do.op_id)
 
-    def _remember(self, person_id: str, before: Drawn, changed: Drawn, now_ns: int) -> None:
+    def _remember(self, before: Drawn, changed: Drawn, *, now_ns: int) -> None:
         """Let a line that grows, or a surface that is carried, be taken back as one."""
-        steps = self._steps.setdefault(person_id, deque(maxlen=MAX_UNDO))
+        steps = self._steps.setdefault(changed.by, deque(maxlen=MAX_UNDO))
         newest = steps[-1] if steps else None
         is_there = len(changed.points) > 0
         if newest is not None and newest.is_open and is_there:

@@ -1,4 +1,4 @@
-"""What everybody gets: the newest state, the log in order, the newest bodies. No socket here."""
+"""Channels to everybody: the newest state, the log in order, the newest bodies. No socket here."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from devices.hub.board import DECIMALS, GLTF_FROM_WORLD
+from devices.hub.wire import pack_item
 from scenes.frames import WORLD_FROM_GLTF
 from scenes.state import SceneState, TrackedObject
 
@@ -108,7 +109,7 @@ class LogChannel:
 
 @dataclass(slots=True)
 class BodyChannel:
-    """Newest body of everybody, as it came."""
+    """Newest body of everybody, packed once for all who get it."""
 
     counter: int = 0
     _newest: dict[int, tuple[int, int, bytes]] = field(
@@ -119,17 +120,17 @@ class BodyChannel:
         """Take the newest body of a person."""
         self.counter += 1
         of_person = self._newest.get(index, (0, 0, b""))[1] + 1
-        self._newest[index] = (self.counter, of_person, data)
+        self._newest[index] = (self.counter, of_person, pack_item(index, data))
 
     def drop(self, index: int) -> None:
         """Forget somebody's body."""
         self._newest.pop(index, None)
 
     def since(self, counter: int, *, but: int) -> list[tuple[int, int, bytes]]:
-        """Return index, number and body of all but one person whose body is newer than that."""
+        """Return index, number and packed body of all but one whose body is newer than that."""
         return [
-            (index, of_person, data)
-            for index, (number, of_person, data) in self._newest.items()
+            (index, of_person, item)
+            for index, (number, of_person, item) in self._newest.items()
             if number > counter and index != but
         ]
 

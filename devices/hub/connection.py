@@ -5,17 +5,16 @@ from __future__ import annotations
 import asyncio
 import socket
 import struct
-from collections.abc import Callable
 from contextlib import suppress
 
 from aiohttp import WSCloseCode, WSMessage, WSMsgType, web
 
 from devices.clock import Clock
-from devices.hub.attendance import Guest
+from devices.hub.admission import Refused
 from devices.hub.channels import to_text
 from devices.hub.messages import MAX_TEXT_BYTES, Hello, MessageError, OpError, read_message
 from devices.hub.outbox import Outbox
-from devices.hub.session import Refused, Session
+from devices.hub.session import Session, Visit
 
 HELLO_S = 10.0
 """Time for the first message; chosen: a phone on a bad network."""
@@ -42,16 +41,17 @@ class Connection:
     Args:
         session: what everybody shares.
         clock: session time.
-        wake_others: lets the other connections look for news.
+        peers: all connections, this one among them.
     """
 
-    def __init__(self, session: Session, clock: Clock, wake_others: Callable[[], None]) -> None:
-        self._session, self._clock, self._wake_others = session, clock, wake_others
+    def __init__(self, session: Session, *, clock: Clock, peers: set[Connection]) -> None:
+        self._session, self._clock, self._peers = session, clock, peers
         self._socket = web.WebSocketResponse(
             autoping=False, compress=False, max_msg_size=MAX_TEXT_BYTES, writer_limit=1, timeout=2.0
         )
         self._news = asyncio.Event()
         self._timer: asyncio.TimerHandle | None = None
+        self._outbox: Outbox | None = None
         self._transport: asyncio.Transport | None = None
         self._heard_ns = self._pinged_ns = clock.now_ns()
         self._sending_since_ns: int | None = None
@@ -60,6 +60,17 @@ class Connection:
     def wake(self) -> None:
         """Look for news to send. On the loop's thread."""
         self._news.set()
+
+    def wake_for_bodies(self, now_ns: int) -> None:
+        """Look for bodies as soon as they are due. On the loop's thread."""
+        if self._timer is not None or self._outbox is None:
+            return
+        pause_ns = self._outbox.next_body_ns - now_ns
+        if pause_ns <= 0:
+            self._news.set()
+        else:
+            loop = asyncio.get_running_loop()
+            self._timer = loop.call_later(pause_ns * 1e-9, self._end_pause)
 
     def check(self, now_ns: int) -> None:
         """Give up a client that is silent, or that takes nothing."""
@@ -81,25 +92,26 @@ class Connection:
         try:
             hello = await self._first_message()
             with self._session.lock:
-                guest, outbox = self._session.enter(
-                    hello, address=address, now_ns=self._clock.now_ns()
-                )
+                visit = self._session.enter(hello, address=address, now_ns=self._clock.now_ns())
         except (Refused, MessageError) as error:
             await self._say_goodbye(str(error))
             return self._socket
-        self._wake_others()
-        sender = asyncio.ensure_future(self._send_all(outbox))
+        self._outbox = visit.outbox
+        self._wake_all()
+        sender = asyncio.ensure_future(self._send_all(visit.outbox))
         try:
-            await self._hear_all(guest, outbox)
+            await self._hear_all(visit)
         finally:
             with self._session.lock:
-                self._session.leave(guest, outbox, self._clock.now_ns())
-            self._wake_others()
+                self._session.leave(visit, self._clock.now_ns())
+            self._outbox = None
+            self._wake_all()
             sender.cancel()
             with suppress(asyncio.CancelledError):
                 await sender
             if self._timer is not None:
                 self._timer.cancel()
+                self._timer = None
         return self._socket
 
     async def _first_message(self) -> Hello:
@@ -112,34 +124,37 @@ class Connection:
             raise MessageError("the first message has to be hello")
         return found
 
-    async def _hear_all(self, guest: Guest, outbox: Outbox) -> None:
+    async def _hear_all(self, visit: Visit) -> None:
         while not self._socket.closed:
             message = await self._socket.receive()
             if message.type in (WSMsgType.CLOSE, WSMsgType.CLOSING, WSMsgType.CLOSED):
                 return
             if message.type is WSMsgType.ERROR:
                 with self._session.lock:
-                    self._session.fault(
-                        guest, outbox, "no WebSocket message", now_ns=self._clock.now_ns()
-                    )
+                    self._session.fault(visit, "no WebSocket message", now_ns=self._clock.now_ns())
                 return
             self._heard_ns = self._clock.now_ns()
-            self._hear(guest, outbox, message)
+            self._hear(visit, message)
 
-    def _hear(self, guest: Guest, outbox: Outbox, message: WSMessage) -> None:
+    def _hear(self, visit: Visit, message: WSMessage) -> None:
         now_ns = self._heard_ns
         session = self._session
         if message.type is WSMsgType.BINARY:
             with session.lock:
-                is_news = session.see_body(guest, outbox, message.data, now_ns=now_ns)
+                is_news = session.see_body(visit, message.data, now_ns=now_ns)
             if is_news:
-                self._wake_others()
-            elif outbox.is_ending:
+                for peer in self._peers:
+                    if peer is not self:
+                        peer.wake_for_bodies(now_ns)
+            elif visit.outbox.is_ending:
                 self.wake()
         elif message.type is WSMsgType.TEXT:
             with session.lock:
-                session.hear(guest, outbox, message.data, now_ns=now_ns)
-            self._wake_others()
+                is_news = session.hear(visit, message.data, now_ns=now_ns)
+            if is_news:
+                self._wake_all()
+            else:
+                self.wake()
         elif message.type is WSMsgType.PING:
             self._pongs = [bytes(message.data)]
             self.wake()
@@ -147,7 +162,7 @@ class Connection:
             sent_ns: int = _STAMP.unpack(message.data)[0]
             if sent_ns == self._pinged_ns:
                 with session.lock:
-                    session.measure(guest, now_ns - sent_ns)
+                    session.measure(visit.guest, now_ns - sent_ns)
 
     async def _send_all(self, outbox: Outbox) -> None:
         """Send what waits; wait; again, until the outbox has ended or the client is gone."""
@@ -160,7 +175,7 @@ class Connection:
                 await self._send_control(now_ns)
                 while True:
                     with session.lock:
-                        message = outbox.take(session.states, session.bodies, clock.now_ns())
+                        message = outbox.take(session.states, session.bodies, now_ns=clock.now_ns())
                     if message is None:
                         break
                     self._sending_since_ns = clock.now_ns()
@@ -172,7 +187,6 @@ class Connection:
                 if outbox.is_ending:
                     await self._socket.close(code=WSCloseCode.POLICY_VIOLATION)
                     return
-                self._wake_for_bodies(outbox)
                 await news.wait()
 
     async def _send_control(self, now_ns: int) -> None:
@@ -182,14 +196,13 @@ class Connection:
             self._pinged_ns = now_ns
             await self._socket.ping(_STAMP.pack(now_ns))
 
-    def _wake_for_bodies(self, outbox: Outbox) -> None:
-        with self._session.lock:
-            pause_ns = outbox.pause_ns(self._session.bodies, self._clock.now_ns())
-        if self._timer is not None:
-            self._timer.cancel()
-            self._timer = None
-        if pause_ns is not None:
-            self._timer = asyncio.get_running_loop().call_later(pause_ns * 1e-9, self._news.set)
+    def _wake_all(self) -> None:
+        for peer in self._peers:
+            peer.wake()
+
+    def _end_pause(self) -> None:
+        self._timer = None
+        self._news.set()
 
     async def _say_goodbye(self, why: str) -> None:
         with suppress(ConnectionError, RuntimeError):

@@ -1,4 +1,4 @@
-"""What waits to be sent to one client, and at which pace it goes: freshest first, log in order."""
+"""Messages that wait for one client, and their pace: freshest first, the log in order."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections import deque
 from dataclasses import dataclass, field
 
 from devices.hub.channels import BodyChannel, StateChannel, to_text
-from devices.hub.wire import pack_bodies
+from devices.hub.wire import join_items
 
 MAX_TEXTS = 1000
 """Texts that wait, the log's among them; more and the client is dropped."""
@@ -39,26 +39,37 @@ class Outbox:
         sent: figures, shared by all clients.
         is_ending: whether the connection closes after the texts that wait.
         is_overfull: whether texts were lost because the client is too slow.
+        token_number: of the token in the welcome.
+        next_body_ns: session time from which bodies may be sent again.
     """
 
     index: int
     sent: Sent
     is_ending: bool = False
     is_overfull: bool = False
+    token_number: int = 0
+    next_body_ns: int = 0
     _texts: deque[str] = field(default_factory=deque[str])
     _text_bytes: int = 0
     _people: str | None = None
     _newest_people: str = ""
+    _first_version: int = 0
     _sent_version: int = -1
     _unseen: deque[int] = field(default_factory=deque[int])
     _sent_bodies: int = 0
     _body_numbers: dict[int, int] = field(default_factory=dict[int, int])
-    _next_body_ns: int = 0
 
-    def begin(self, welcome: str, *, version: int) -> None:
-        """Put the first message; states after that version follow it, and everybody's body."""
+    def begin(self, welcome: str, *, version: int, token_number: int) -> None:
+        """Put the first message; states after that version follow it, and everybody's body.
+
+        Args:
+            welcome: the message.
+            version: of the state in it.
+            token_number: of the token in it.
+        """
         self.put(welcome)
-        self._sent_version = version
+        self._first_version = self._sent_version = version
+        self.token_number = token_number
 
     def put(self, text: str) -> None:
         """Let a text follow those that wait."""
@@ -85,12 +96,13 @@ class Outbox:
         self.put(to_text({"kind": "bye", "why": why}))
         self.is_ending = True
 
-    def see(self, version: int) -> None:
-        """Note that a state has come, and all before it."""
+    def see(self, version: int) -> bool:
+        """Note that a state has come, and all before it; return whether the welcome has, too."""
         while self._unseen and self._unseen[0] <= version:
             self._unseen.popleft()
+        return self._first_version <= version <= self._sent_version
 
-    def take(self, states: StateChannel, bodies: BodyChannel, now_ns: int) -> str | bytes | None:
+    def take(self, states: StateChannel, bodies: BodyChannel, *, now_ns: int) -> str | bytes | None:
         """Return the next message; None where nothing is due.
 
         Args:
@@ -98,29 +110,25 @@ class Outbox:
             bodies: newest bodies.
             now_ns: session time.
         """
-        message = self._next(states, bodies, now_ns)
+        message = self._next(states, bodies, now_ns=now_ns)
         if message is not None:
             self.sent.messages += 1
             self.sent.bytes += len(message)
         return message
 
-    def pause_ns(self, bodies: BodyChannel, now_ns: int) -> int | None:
-        """Return after which time bodies are due; None where none wait."""
-        if bodies.counter == self._sent_bodies or self.is_ending:
-            return None
-        return max(0, self._next_body_ns - now_ns)
-
-    def _next(self, states: StateChannel, bodies: BodyChannel, now_ns: int) -> str | bytes | None:
+    def _next(
+        self, states: StateChannel, bodies: BodyChannel, *, now_ns: int
+    ) -> str | bytes | None:
         if self._texts:
             text = self._texts.popleft()
             self._text_bytes -= len(text)
             return text
         if self.is_ending:
             return None
-        if bodies.counter > self._sent_bodies and now_ns >= self._next_body_ns:
+        if bodies.counter > self._sent_bodies and now_ns >= self.next_body_ns:
             bundle = self._bundle(bodies)
             if bundle is not None:
-                self._next_body_ns = now_ns + BODY_PAUSE_NS
+                self.next_body_ns = now_ns + BODY_PAUSE_NS
                 return bundle
         if self._people is not None:
             text, self._people = self._people, None
@@ -136,7 +144,7 @@ class Outbox:
     def _bundle(self, bodies: BodyChannel) -> bytes | None:
         newer = bodies.since(self._sent_bodies, but=self.index)
         self._sent_bodies = bodies.counter
-        for index, number, _data in newer:
+        for index, number, _item in newer:
             self.sent.dropped += max(0, number - self._body_numbers.get(index, number - 1) - 1)
             self._body_numbers[index] = number
-        return pack_bodies([(index, data) for index, _number, data in newer]) if newer else None
+        return join_items([item for _index, _number, item in newer]) if newer else None

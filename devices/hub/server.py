@@ -7,6 +7,7 @@ import logging
 import ssl
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
+from dataclasses import replace
 from typing import Any
 
 from aiohttp import web
@@ -22,6 +23,7 @@ from devices.hub.entry.certificates import (
 )
 from devices.hub.entry.pairing import PairingCodes
 from devices.hub.entry.tokens import Tokens
+from devices.hub.inbox import Avatars
 from devices.hub.roles import Person, Role
 from devices.hub.session import Session
 from devices.hub.site import HEADERS, Site, is_loopback
@@ -39,6 +41,10 @@ GOODBYE_S = 1.0
 
 TICK_S = 0.5
 """Time between looks at who is away, silent or stuck."""
+
+LOOK_S, IDLE_LOOK_S = 0.005, 0.1
+"""Time between looks for a new state: while somebody is there, the age that it adds to a state is
+a sixth of the tracker's period at most; while nobody is, it only keeps the newest."""
 
 IDLE_S = 15.0
 """Time that a connection may be idle before and between requests."""
@@ -94,6 +100,7 @@ class Hub:
         self._ending: asyncio.Event | None = None
         self._connections: set[Connection] = set()
         self._newest: SceneState | None = None
+        self._avatars = Avatars()
         self._port = settings.port
         self._names: frozenset[str] = frozenset()
 
@@ -158,16 +165,19 @@ class Hub:
         return None if self._certificates is None else self._certificates.root_pem
 
     def publish(self, state: SceneState) -> None:
-        """Send what has changed to everybody; returns at once."""
-        is_due = self._newest is None
+        """Send what has changed to everybody; returns at once.
+
+        The hub's thread looks for it: waking it would let it take the interpreter from the caller,
+        for 5 ms where a crowd keeps it busy.
+        """
         self._newest = state
-        if is_due:
-            self._call_soon(self._publish)
 
     def take(self) -> Arrived:
         """Return what people have sent since the last call."""
         with self._session.lock:
-            return self._session.take(self._clock.now_ns())
+            arrived = self._session.take()
+            bodies = self._session.shown(self._clock.now_ns())
+        return replace(arrived, avatars=self._avatars.of(bodies))
 
     def people(self) -> tuple[Person, ...]:
         """Return who is here, and who may come back."""
@@ -234,6 +244,7 @@ class Hub:
             is_own_host=lambda host: is_loopback(host) or host in self._names,
             talk=self._talk,
             root_pem=root_pem,
+            say=self._say,
         )
         server = web.Server(
             site.answer, access_log=None, logger=_silent(), keepalive_timeout=IDLE_S
@@ -253,7 +264,9 @@ class Hub:
         self._port = int(listener.sockets[0].getsockname()[1])
         listening.set_result(self._port)
         self._say(f"people: the hub listens at {self.url}")
+        looking = asyncio.ensure_future(self._look_for_states())
         await self._keep_time()
+        looking.cancel()
         listener.close()
         with self._session.lock:
             self._session.end()
@@ -279,10 +292,16 @@ class Hub:
             except TimeoutError:
                 continue
 
+    async def _look_for_states(self) -> None:
+        while True:
+            self._publish()
+            await asyncio.sleep(LOOK_S if self._connections else IDLE_LOOK_S)
+
     async def _talk(self, request: web.BaseRequest, address: str) -> web.StreamResponse:
         if not web.WebSocketResponse().can_prepare(request):
             return web.Response(status=426, text="a WebSocket", headers=HEADERS)
-        connection = Connection(self._session, self._clock, self._wake_all)
+        self._publish()
+        connection = Connection(self._session, clock=self._clock, peers=self._connections)
         self._connections.add(connection)
         try:
             return await connection.serve(request, address)

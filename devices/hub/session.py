@@ -8,18 +8,19 @@ from __future__ import annotations
 import threading
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import replace
-from typing import Any, NoReturn
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
+from devices.hub.admission import Admission, Refused
 from devices.hub.attendance import Attendance, Guest
-from devices.hub.board import Board, Drawn, drawn_line, drawn_surface
+from devices.hub.board import Board, drawn_by_room
 from devices.hub.channels import BodyChannel, LogChannel, StateChannel, to_text
 from devices.hub.contract import Arrived
 from devices.hub.entry.pairing import PairingCodes, PairingRefused
 from devices.hub.entry.rates import Bucket
-from devices.hub.entry.tokens import Ticket, TokenRefused, Tokens
+from devices.hub.entry.tokens import Tokens
 from devices.hub.inbox import Inbox
 from devices.hub.messages import Do, Hello, MessageError, OpError, Ping, Seen, read_message
 from devices.hub.outbox import Outbox, Sent
@@ -30,30 +31,22 @@ from scenes.state import SceneState
 MAX_FAULTS = 20
 """Messages that cannot be read after which a person's connection is closed."""
 
-MAX_ARRIVING = 64
-"""People who have paired and not joined, at the same time."""
-
 RENEW_NS = 5 * 60 * 10**9
 """Age of a token at which a connected person gets a fresh one: a third of its life."""
+
+SHOWN_NS = 2 * 10**9
+"""Age of a body at which a person is hidden, two seconds."""
 
 SAY_HZ, SAY_BURST = 2.0, 30.0
 """Lines about refusals in the log: an attack does not fill it; counts go on."""
 
-ROOM = "room"
-"""Author of what the session itself has drawn."""
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Visit:
+    """A person while one connection lasts."""
 
-class Refused(Exception):
-    """Somebody is not let in; says why.
-
-    Args:
-        why: in words for the person.
-        kind: under which it is counted.
-    """
-
-    def __init__(self, why: str, *, kind: str) -> None:
-        super().__init__(why)
-        self.kind = kind
+    guest: Guest
+    outbox: Outbox
 
 
 class Session:
@@ -77,11 +70,12 @@ class Session:
         now_ns: int,
     ) -> None:
         self.lock = threading.RLock()
-        self.codes, self.tokens = codes, tokens
+        self.codes = codes
         self.states, self.log, self.bodies = StateChannel(), LogChannel(), BodyChannel()
         self.sent, self.refused = Sent(), Counter[str]()
-        self._max_people, self._say = max_people, say
+        self._say = say
         self._attendance, self._board, self._inbox = Attendance(), Board(), Inbox()
+        self._door = Admission(self._attendance, codes, tokens, max_people)
         self._state = SceneState()
         self._lines_of_refusals = Bucket(SAY_HZ, SAY_BURST, now_ns=now_ns)
 
@@ -93,53 +87,49 @@ class Session:
             Refused: the room is full.
         """
         try:
-            if self._is_full(now_ns) or self._attendance.arriving() >= MAX_ARRIVING:
-                _turn_away()
-            role = self.codes.redeem(code, address=address, now_ns=now_ns)
-            guest = self._attendance.add(name, role, now_ns)
+            guest = self._door.pair(code, name=name, address=address, now_ns=now_ns)
         except (PairingRefused, Refused) as error:
-            self.refuse(error.kind, f"{address}: {error}", now_ns)
+            self.refuse(f"{address}: {error}", kind=error.kind, now_ns=now_ns)
             raise
-        self._note("paired", f"{name} ({guest.person.person_id}) has paired as {role}")
-        return self._new_token(guest, now_ns)
+        self._note("paired", f"{self._called(guest)} has paired as {guest.person.role}")
+        return self._door.new_token(guest, now_ns)
 
     def is_known(self, token: str, now_ns: int) -> bool:
         """Return whether a token is good, without using it."""
         try:
-            self._guest_of(token, now_ns)
+            self._door.read(token, now_ns)
         except Refused:
             return False
         return True
 
-    def enter(self, hello: Hello, *, address: str, now_ns: int) -> tuple[Guest, Outbox]:
+    def enter(self, hello: Hello, *, address: str, now_ns: int) -> Visit:
         """Let somebody in whose token is good; the welcome waits in their outbox.
 
         Raises:
             Refused: it is not, or the room is full.
         """
         try:
-            guest, number = self._guest_of(hello.token, now_ns)
-            if not guest.is_listed(now_ns) and self._is_full(now_ns):
-                _turn_away()
+            guest = self._door.admit(hello.token, now_ns)
         except Refused as error:
-            self.refuse(error.kind, f"{address}: {error}", now_ns)
+            self.refuse(f"{address}: {error}", kind=error.kind, now_ns=now_ns)
             raise
         if guest.outbox is not None:
             guest.outbox.end("you came in again on another connection")
-        guest.oldest_token = number
         is_back = guest.is_listed(now_ns)
         outbox = Outbox(guest.person.index, self.sent)
+        visit = Visit(guest, outbox)
         guest.outbox, guest.has_joined = outbox, True
         name = guest.person.name if hello.name is None else hello.name
         guest.person = replace(guest.person, name=name, is_connected=True)
-        self._welcome(guest, outbox, hello, now_ns)
+        self._welcome(visit, hello, now_ns=now_ns)
         self._tell_people(now_ns)
         verb = "is back" if is_back else "joined"
         self._note("joined", f"{self._called(guest)} {verb} as {guest.person.role}")
-        return guest, outbox
+        return visit
 
-    def leave(self, guest: Guest, outbox: Outbox, now_ns: int) -> None:
+    def leave(self, visit: Visit, now_ns: int) -> None:
         """Note that a connection has ended."""
+        guest, outbox = visit.guest, visit.outbox
         if guest.outbox is not outbox:
             return
         guest.outbox, guest.away_since_ns = None, now_ns
@@ -147,30 +137,35 @@ class Session:
         self.bodies.drop(guest.person.index)
         self._note("away", f"{self._called(guest)} has lost the connection")
 
-    def hear(self, guest: Guest, outbox: Outbox, text: str, *, now_ns: int) -> None:
-        """Take a text from somebody."""
+    def hear(self, visit: Visit, text: str, *, now_ns: int) -> bool:
+        """Take a text from somebody; return whether the others get something of it."""
+        guest, outbox = visit.guest, visit.outbox
         limits = guest.limits
         if not (limits.texts.take(now_ns) and limits.text_bytes.take(now_ns, float(len(text)))):
-            self.refuse("rate", f"{self._called(guest)} sends too much", now_ns)
+            self.refuse(f"{self._called(guest)} sends too much", kind="rate", now_ns=now_ns)
             outbox.end("you send too much")
-            return
+            return False
         try:
             message = read_message(text)
             if isinstance(message, Seen):
-                outbox.see(message.version)
+                if outbox.see(message.version):
+                    guest.oldest_token = max(guest.oldest_token, outbox.token_number)
             elif isinstance(message, Ping):
                 pong = {"kind": "pong", "t_us": message.t_us, "hub_t_us": now_ns // 1000}
                 outbox.put(to_text(pong))
             elif isinstance(message, Do):
-                self._do(guest, outbox, message, now_ns)
+                self._do(visit, message, now_ns=now_ns)
+                return True
         except OpError as error:
-            self.refuse("op", f"{self._called(guest)}: {error}", now_ns)
+            self.refuse(f"{self._called(guest)}: {error}", kind="op", now_ns=now_ns)
             outbox.put(to_text({"kind": "refused", "id": error.op_id, "why": str(error)}))
         except MessageError as error:
-            self.fault(guest, outbox, str(error), now_ns=now_ns)
+            self.fault(visit, str(error), now_ns=now_ns)
+        return False
 
-    def see_body(self, guest: Guest, outbox: Outbox, data: bytes, *, now_ns: int) -> bool:
+    def see_body(self, visit: Visit, data: bytes, *, now_ns: int) -> bool:
         """Take a body from somebody; return whether the others get it."""
+        guest = visit.guest
         if guest.person.is_muted:
             self.refused["muted"] += 1
             return False
@@ -180,7 +175,7 @@ class Session:
         try:
             check_body(data)
         except WireError as error:
-            self.fault(guest, outbox, str(error), now_ns=now_ns)
+            self.fault(visit, str(error), now_ns=now_ns)
             return False
         if guest.person.role is Role.SPECTATOR:
             data = head_only(data)
@@ -188,33 +183,21 @@ class Session:
         self.bodies.put(guest.person.index, data)
         return True
 
-    def fault(self, guest: Guest, outbox: Outbox, why: str, *, now_ns: int) -> None:
+    def fault(self, visit: Visit, why: str, *, now_ns: int) -> None:
         """Count a message that cannot be read; too many end the connection."""
+        guest, outbox = visit.guest, visit.outbox
         guest.faults += 1
-        self.refuse("message", f"{self._called(guest)}: {why}", now_ns)
+        self.refuse(f"{self._called(guest)}: {why}", kind="message", now_ns=now_ns)
         if guest.faults > MAX_FAULTS:
             guest.faults = 0
             outbox.end(f"your messages cannot be read: {why}")
 
     def publish(self, state: SceneState) -> None:
-        """Take the next state of the room."""
+        """Take the next state of the room; what it has drawn itself goes to the log."""
         before, self._state = self._state, state
-        if state.annotations is not before.annotations:
-            for key, line in state.annotations.items():
-                if before.annotations.get(key) is not line and not self._inbox.has_handed(line):
-                    self._draw_own(drawn_line(line, by=ROOM))
-            for key, line in before.annotations.items():
-                if key not in state.annotations:
-                    self._draw_own(drawn_line(replace(line, points_in_world=_NONE), by=ROOM))
-        if state.surfaces is not before.surfaces:
-            for key, surface in state.surfaces.items():
-                is_same = before.surfaces.get(key) is surface
-                if not is_same and not self._inbox.has_handed(surface):
-                    self._draw_own(drawn_surface(surface, by=ROOM))
-            for key, surface in before.surfaces.items():
-                if key not in state.surfaces:
-                    gone = replace(surface, corners_in_world=_NONE)
-                    self._draw_own(drawn_surface(gone, by=ROOM))
+        for drawn in drawn_by_room(before, state, is_known=self._inbox.has_handed):
+            if np.all(np.isfinite(drawn.points)) and self._board.put(drawn):
+                self._tell_all(self.log.add(drawn.entry()))
         self.states.take(state)
 
     def tick(self, now_ns: int) -> None:
@@ -223,16 +206,24 @@ class Session:
             self._board.forget(guest.person.person_id)
         for guest, outbox in self._attendance.connected():
             if now_ns - guest.renewed_ns >= RENEW_NS:
-                outbox.put(to_text({"kind": "token", "token": self._new_token(guest, now_ns)}))
+                outbox.put(to_text({"kind": "token", "token": self._door.new_token(guest, now_ns)}))
         self._tell_people(now_ns)
 
     def people(self, now_ns: int) -> tuple[Person, ...]:
         """Return who is here, and who may come back."""
         return tuple(guest.person for guest in self._attendance.listed(now_ns))
 
-    def take(self, now_ns: int) -> Arrived:
-        """Return what people have sent since the last call."""
-        return self._inbox.take(self._attendance.listed(now_ns), now_ns)
+    def take(self) -> Arrived:
+        """Return what people have sent since the last call, without their bodies."""
+        return self._inbox.take()
+
+    def shown(self, now_ns: int) -> list[tuple[Person, bytes]]:
+        """Return everybody who shows a body, and the newest of each."""
+        return [
+            (guest.person, guest.body)
+            for guest in self._attendance.listed(now_ns)
+            if guest.body and now_ns - guest.body_ns <= SHOWN_NS
+        ]
 
     def change(
         self,
@@ -284,35 +275,14 @@ class Session:
         """Note how long a ping and its answer took."""
         guest.person = replace(guest.person, latency_ms=round_trip_ns / 1e6)
 
-    def refuse(self, kind: str, text: str, now_ns: int) -> None:
+    def refuse(self, text: str, *, kind: str, now_ns: int) -> None:
         """Count a refusal, and say so unless there are too many."""
         self.refused[kind] += 1
         if self._lines_of_refusals.take(now_ns):
             self._note("refused", text)
 
-    def _is_full(self, now_ns: int) -> bool:
-        return len(self._attendance.listed(now_ns)) >= self._max_people
-
-    def _guest_of(self, token: str, now_ns: int) -> tuple[Guest, int]:
-        try:
-            ticket = self.tokens.read(token, now_ns)
-        except TokenRefused as error:
-            raise Refused(str(error), kind="token") from None
-        guest = self._attendance.find(ticket.person_id)
-        if guest is None:
-            raise Refused("the person was removed or away too long, pair again", kind="token")
-        if not guest.oldest_token <= ticket.number <= guest.newest_token:
-            raise Refused("the token was replaced by a newer one", kind="token")
-        return guest, ticket.number
-
-    def _new_token(self, guest: Guest, now_ns: int) -> str:
-        guest.newest_token += 1
-        guest.renewed_ns = now_ns
-        person = guest.person
-        ticket = Ticket(person.person_id, person.role, guest.newest_token)
-        return self.tokens.make(ticket, now_ns)
-
-    def _welcome(self, guest: Guest, outbox: Outbox, hello: Hello, now_ns: int) -> None:
+    def _welcome(self, visit: Visit, hello: Hello, *, now_ns: int) -> None:
+        guest, outbox = visit.guest, visit.outbox
         person = guest.person
         entries = None if hello.log_seq is None else self.log.since(hello.log_seq)
         states = self.states
@@ -326,7 +296,7 @@ class Session:
             "index": person.index,
             "role": person.role,
             "name": person.name,
-            "token": self._new_token(guest, now_ns),
+            "token": self._door.new_token(guest, now_ns),
             "rights": _rights(person),
             "people": self._list(now_ns),
             "log_seq": self.log.seq if entries is None else hello.log_seq,
@@ -334,11 +304,12 @@ class Session:
             "t_us": now_ns // 1000,
         }
         welcome = f'{to_text(fields)[:-1]},"state":{state}}}'
-        outbox.begin(welcome, version=states.version)
+        outbox.begin(welcome, version=states.version, token_number=guest.newest_token)
         for entry in entries or ():
             outbox.put(entry)
 
-    def _do(self, guest: Guest, outbox: Outbox, do: Do, now_ns: int) -> None:
+    def _do(self, visit: Visit, do: Do, *, now_ns: int) -> None:
+        guest, outbox = visit.guest, visit.outbox
         person = guest.person
         if person.is_muted:
             raise OpError("you are muted", op_id=do.op_id)
@@ -347,16 +318,12 @@ class Session:
         if not guest.limits.ops.take(now_ns):
             raise OpError("too many operations at once", op_id=do.op_id)
         try:
-            drawn = self._board.do(person.person_id, do, now_ns)
+            drawn = self._board.do(person.person_id, do, now_ns=now_ns)
         except OpError as error:
             raise OpError(str(error), op_id=do.op_id) from None
         self._inbox.draw(drawn)
         self._tell_all(self.log.add(drawn.entry()))
         outbox.put(to_text({"kind": "done", "id": do.op_id}))
-
-    def _draw_own(self, drawn: Drawn) -> None:
-        if np.all(np.isfinite(drawn.points)) and self._board.put(drawn):
-            self._tell_all(self.log.add(drawn.entry()))
 
     def _tell_all(self, text: str) -> None:
         for _guest, outbox in self._attendance.connected():
@@ -396,11 +363,3 @@ class Session:
 
 def _rights(person: Person) -> list[Op]:
     return [] if person.is_muted else sorted(RIGHTS[person.role])
-
-
-def _turn_away() -> NoReturn:
-    raise Refused("the room is full", kind="full")
-
-
-_NONE = np.zeros((0, 3))
-"""Points of what is gone."""

@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 import asyncio
+import gzip
 import hashlib
 import ipaddress
 import re
 from collections.abc import Awaitable, Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 from aiohttp import web
 
 from devices.clock import Clock
+from devices.hub.admission import Refused
 from devices.hub.channels import to_text
 from devices.hub.contract import Asset
 from devices.hub.entry.pairing import PairingRefused
 from devices.hub.messages import MessageError, clean_name, read_object
-from devices.hub.session import Refused, Session
+from devices.hub.session import Session
 
 MAX_PAIR_BYTES = 4096
 """Length of a request to pair: a code and a name."""
@@ -47,6 +50,7 @@ HEADERS: Mapping[str, str] = {
     "Referrer-Policy": "no-referrer",
     "Cross-Origin-Opener-Policy": "same-origin",
     "Cross-Origin-Resource-Policy": "same-origin",
+    "Server": "GaussianNexus",
     "Permissions-Policy": "xr-spatial-tracking=(self), microphone=(self), camera=()",
 }
 """Sent with every answer."""
@@ -64,6 +68,31 @@ PRIVATE = "private, no-cache"
 """Caching of files that are not for everybody."""
 
 
+MIN_PACKED_BYTES = 1024
+"""Length from which a file is compressed: below, the headers are longer."""
+
+PACKED = re.compile(r"text/|application/(javascript|json|wasm)|image/svg")
+"""Types that compression makes smaller."""
+
+PACK_LEVEL = 6
+"""Of gzip: each further one costs twice the time for 1 %."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Kept:
+    """A file as it is sent.
+
+    Attributes:
+        content: its bytes.
+        tag: a text that changes with them.
+        packed: the same by gzip; None where that is no shorter.
+    """
+
+    content: bytes
+    tag: str
+    packed: bytes | None
+
+
 class Site:
     """Answers requests.
 
@@ -74,6 +103,7 @@ class Site:
         is_own_host: whether a host name, without its port, means this machine.
         talk: takes over a WebSocket.
         root_pem: certificate that headsets install; None without TLS.
+        say: takes a line for the log.
     """
 
     def __init__(
@@ -85,19 +115,30 @@ class Site:
         is_own_host: Callable[[str], bool],
         talk: Callable[[web.BaseRequest, str], Awaitable[web.StreamResponse]],
         root_pem: bytes | None,
+        say: Callable[[str], None],
     ) -> None:
         self._session, self._assets, self._clock = session, assets, clock
         self._is_own_host, self._talk = is_own_host, talk
-        self._root_pem = root_pem
+        self._root_pem, self._say = root_pem, say
+        self._kept: dict[str, _Kept] = {}
 
     async def answer(self, request: web.BaseRequest) -> web.StreamResponse:
         """Return the response to one request."""
+        try:
+            return await self._answer(request)
+        except ConnectionError:
+            raise
+        except Exception as error:  # noqa: BLE001 - a defect, said without a stranger's words
+            self._say(f"people: defect in the hub: {type(error).__name__}")
+            return _error(500, "the hub has a defect, see its log")
+
+    async def _answer(self, request: web.BaseRequest) -> web.StreamResponse:
         if not self._is_own_host(_name_of(request.headers.get("Host", ""))):
-            self._refuse("host", request, "a foreign host name")
+            self._refuse(request, "a foreign host name", kind="host")
             return _error(421, "this machine has no such name")
         path = request.rel_url.path
         if path in ("/people", "/pair") and not _is_same_origin(request):
-            self._refuse("origin", request, "a page of a foreign origin")
+            self._refuse(request, "a page of a foreign origin", kind="origin")
             return _error(403, "only pages of this hub may do that")
         if path == "/people":
             return await self._talk(request, address_of(request))
@@ -106,7 +147,8 @@ class Site:
         if request.method not in ("GET", "HEAD"):
             return _error(405, "only GET")
         if path == "/root.crt" and self._root_pem is not None:
-            return _bytes(self._root_pem, "application/x-x509-ca-cert", ASKED)
+            headers = _headers("application/x-x509-ca-cert", ASKED)
+            return web.Response(body=self._root_pem, headers=headers)
         return await self._asset(request, path)
 
     async def _pair(self, request: web.BaseRequest) -> web.StreamResponse:
@@ -117,7 +159,7 @@ class Site:
                 data = await _read_at_most(request, MAX_PAIR_BYTES)
             code, name = _read_pairing(data)
         except (MessageError, TimeoutError) as error:
-            self._refuse("message", request, f"pair: {error}")
+            self._refuse(request, f"pair: {error}", kind="message")
             return _error(400, f"pair: {error}")
         try:
             with self._session.lock:
@@ -135,7 +177,7 @@ class Site:
         if asset is None:
             return _error(404, "no such file")
         if asset.is_private and not self._has_token(request):
-            self._refuse("token", request, "a private file without a token")
+            self._refuse(request, "a private file without a token", kind="token")
             return _error(401, "pair first")
         caching = KEPT if HASHED.search(path) else ASKED
         caching = PRIVATE if asset.is_private else caching
@@ -143,9 +185,12 @@ class Site:
         if isinstance(content, Path):
             if not content.is_file():
                 return _error(404, "no such file")
-            headers = {**HEADERS, "Cache-Control": caching, "Content-Type": asset.content_type}
-            return web.FileResponse(content, headers=headers)
-        return _bytes(content, asset.content_type, caching, request=request)
+            return web.FileResponse(content, headers=_headers(asset.content_type, caching))
+        kept = self._kept.get(path)
+        if kept is None or kept.content is not content:
+            kept = await asyncio.to_thread(_keep, content, asset.content_type)
+            self._kept[path] = kept  # of paths that are assets: as many as there are
+        return _send(kept, request, headers=_headers(asset.content_type, caching))
 
     def _has_token(self, request: web.BaseRequest) -> bool:
         scheme, _, token = request.headers.get("Authorization", "").partition(" ")
@@ -154,9 +199,11 @@ class Site:
         with self._session.lock:
             return self._session.is_known(token.strip(), self._clock.now_ns())
 
-    def _refuse(self, kind: str, request: web.BaseRequest, text: str) -> None:
+    def _refuse(self, request: web.BaseRequest, text: str, *, kind: str) -> None:
         with self._session.lock:
-            self._session.refuse(kind, f"{address_of(request)}: {text}", self._clock.now_ns())
+            self._session.refuse(
+                f"{address_of(request)}: {text}", kind=kind, now_ns=self._clock.now_ns()
+            )
 
 
 def address_of(request: web.BaseRequest) -> str:
@@ -209,14 +256,25 @@ async def _read_at_most(request: web.BaseRequest, limit: int) -> bytes:
     return bytes(data)
 
 
-def _bytes(
-    content: bytes, content_type: str, caching: str, *, request: web.BaseRequest | None = None
-) -> web.Response:
+def _headers(content_type: str, caching: str) -> dict[str, str]:
+    return {**HEADERS, "Cache-Control": caching, "Content-Type": content_type}
+
+
+def _keep(content: bytes, content_type: str) -> _Kept:
     tag = f'"{hashlib.sha256(content).hexdigest()[:32]}"'
-    headers = {**HEADERS, "Cache-Control": caching, "Content-Type": content_type, "ETag": tag}
-    if request is not None and tag in request.headers.get("If-None-Match", ""):
+    packed = None
+    if len(content) >= MIN_PACKED_BYTES and PACKED.match(content_type):
+        packed = gzip.compress(content, PACK_LEVEL, mtime=0)
+    return _Kept(content, tag, packed if packed and len(packed) < len(content) else None)
+
+
+def _send(kept: _Kept, request: web.BaseRequest, *, headers: dict[str, str]) -> web.Response:
+    headers |= {"ETag": kept.tag, "Vary": "Accept-Encoding"}
+    if kept.tag in request.headers.get("If-None-Match", ""):
         return web.Response(status=304, headers=headers)
-    return web.Response(body=content, headers=headers)
+    if kept.packed is not None and "gzip" in request.headers.get("Accept-Encoding", ""):
+        return web.Response(body=kept.packed, headers=headers | {"Content-Encoding": "gzip"})
+    return web.Response(body=kept.content, headers=headers)
 
 
 def _json(fields: Mapping[str, object], status: int = 200) -> web.Response:

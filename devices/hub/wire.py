@@ -215,14 +215,31 @@ def pack_bodies(bodies: Sequence[tuple[int, bytes]]) -> bytes:
     Raises:
         WireError: more than 65,535 bodies, or an index or a length out of range.
     """
-    parts: list[bytes] = []
+    return join_items([pack_item(index, data) for index, data in bodies])
+
+
+def pack_item(index: int, data: bytes) -> bytes:
+    """Return one body as it is in a message of several.
+
+    Raises:
+        WireError: an index or a length out of range.
+    """
     try:
-        parts.append(_BUNDLE_HEADER.pack(VERSION, BUNDLE_KIND, len(bodies)))
-        for index, data in bodies:
-            parts += (_BUNDLE_ITEM.pack(index, len(data)), data)
+        return _BUNDLE_ITEM.pack(index, len(data)) + data
     except struct.error as error:
-        raise WireError(f"{len(bodies)} bodies: {error}") from error
-    return b"".join(parts)
+        raise WireError(f"body of person {index}, {len(data)} bytes: {error}") from error
+
+
+def join_items(items: Sequence[bytes]) -> bytes:
+    """Return packed bodies as one message.
+
+    Raises:
+        WireError: more than 65,535.
+    """
+    try:
+        return _BUNDLE_HEADER.pack(VERSION, BUNDLE_KIND, len(items)) + b"".join(items)
+    except struct.error as error:
+        raise WireError(f"{len(items)} bodies: {error}") from error
 
 
 def unpack_bodies(data: bytes) -> tuple[tuple[int, bytes], ...]:
@@ -301,17 +318,25 @@ def _pose_bytes(pose: Pose) -> bytes:
 
 
 def _read_pose(data: bytes, at: int) -> Pose:
-    x, y, z, qx, qy, qz, qw = struct.unpack_from("<7f", data, at)
-    norm = math.sqrt(qx * qx + qy * qy + qz * qz + qw * qw)
-    return Pose.from_quaternion((qw / norm, qx / norm, qy / norm, qz / norm), (x, y, z))
+    px, py, pz, x, y, z, w = struct.unpack_from("<7f", data, at)
+    # Plain numbers: a crowd sends thousands a second, and numpy takes longer to be called.
+    s = 2.0 / (x * x + y * y + z * z + w * w)
+    rows = (
+        (1 - s * (y * y + z * z), s * (x * y - w * z), s * (x * z + w * y)),
+        (s * (x * y + w * z), 1 - s * (x * x + z * z), s * (y * z - w * x)),
+        (s * (x * z - w * y), s * (y * z + w * x), 1 - s * (x * x + y * y)),
+    )
+    return Pose(np.array(rows), np.array((px, py, pz)))
 
 
 def _controller_bytes(controller: Controller) -> bytes:
     poses = _pose_bytes(controller.room_from_aim) + _pose_bytes(controller.room_from_grip)
     try:
-        steps = [round(_AXIS_STEPS * max(-1.0, min(1.0, axis))) for axis in controller.axes]
+        steps = [
+            max(-_AXIS_STEPS, min(_AXIS_STEPS, round(_AXIS_STEPS * a))) for a in controller.axes
+        ]
         return poses + struct.pack("<H4h", controller.buttons, *steps)
-    except (struct.error, ValueError) as error:
+    except (struct.error, ValueError, OverflowError) as error:
         raise WireError(
             f"controller: buttons {controller.buttons}, axes {controller.axes}: {error}"
         ) from error
