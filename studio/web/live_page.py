@@ -7,7 +7,6 @@ this page is many files that a server sends, the room's to people in the session
 
 from __future__ import annotations
 
-import gzip
 import hashlib
 import html
 import re
@@ -16,7 +15,6 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from devices.hub.contract import Asset
-from scenes.formats.storage.atomic import write_whole
 from scenes.package import ScenePackage
 from studio.view.fonts import FACES, WEIGHTS
 from studio.web.room_files import MAX_SPLATS, write_room_files
@@ -71,7 +69,10 @@ def live_page(
     shared = {f"shared/{path.name}": path for path in SHARED_MODULES}
     sources = {name: module_source(path) for name, path in {**modules, **own, **shared}.items()}
     addresses = _addresses(sources)
-    assets = _module_assets(sources, addresses, folder / "modules")
+    assets = {
+        addresses[name]: Asset(_with_addresses(source.decode(), addresses).encode(), JAVASCRIPT)
+        for name, source in sources.items()
+    }
     preloads = "\n".join(
         f'<link rel="modulepreload" href="{addresses[name]}">'
         for name in addresses
@@ -102,22 +103,6 @@ def _addresses(sources: Mapping[str, bytes]) -> dict[str, str]:
     return {
         name: f"/assets/{name.removeprefix('@').removesuffix('.js')}-{mark}.js" for name in sources
     }
-
-
-def _module_assets(
-    sources: Mapping[str, bytes], addresses: Mapping[str, str], folder: Path
-) -> dict[str, Asset]:
-    """Return the modules as files, each with a packed one beside it that the hub sends instead."""
-    folder.mkdir(parents=True, exist_ok=True)
-    assets: dict[str, Asset] = {}
-    for name, source in sources.items():
-        path = folder / addresses[name].removeprefix("/assets/").replace("/", "_")
-        if not path.is_file():
-            text = _with_addresses(source.decode(), addresses).encode()
-            write_whole(path.with_name(f"{path.name}.gz"), [gzip.compress(text, mtime=0)])
-            write_whole(path, [text])
-        assets[addresses[name]] = Asset(path, JAVASCRIPT)
-    return assets
 
 
 def _with_addresses(source: str, addresses: Mapping[str, str]) -> str:

@@ -8,6 +8,7 @@ const FRAME_WIDTH_M = 0.012;
 const FRAME_COLOUR = [0.94, 0.78, 0.2];
 const STEP_M = 0.015; // between two points
 const MOST_POINTS = 600; // of a line; a longer one goes on as another
+const FEW_POINTS = 4;
 const SEND_MS = 80;
 
 export class Board {
@@ -77,6 +78,14 @@ export class Board {
       this.#showOwn();
       this.#send(performance.now());
     }
+    this.own = null;
+  }
+
+  /** Forgets the line that is being drawn where it has hardly begun. */
+  drop() {
+    if (this.own === null || this.own.points.length >= FEW_POINTS) return;
+    this.#show(this.ownKey, [], []);
+    if (this.own.sentAt > -Infinity) this.link.do("line", { line: this.own.name, points: [] });
     this.own = null;
   }
 

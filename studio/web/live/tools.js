@@ -84,8 +84,10 @@ export class Tools {
   #down(event) {
     this.pointer = [event.clientX, event.clientY];
     if (this.tool === "look" || event.button !== 0 || !event.isPrimary) {
-      // A second finger turns the view: what the first had begun ends.
-      if (this.held !== null && !event.isPrimary) this.#end();
+      // A second finger moves the view: what the first had just begun was not meant.
+      if (this.held === null || event.isPrimary) return;
+      this.board.drop();
+      this.#end();
       return;
     }
     this.held = event.pointerId;

@@ -37,13 +37,6 @@ def test_nothing_is_asked_of_another_place(assets):
         assert "https://" not in source.read_text(encoding="utf-8")
 
 
-def test_packed_modules_lie_beside_the_plain_ones(assets):
-    spark = next(asset for path, asset in assets.items() if "spark" in path)
-
-    packed = spark.content.with_name(f"{spark.content.name}.gz")
-    assert packed.stat().st_size < 0.5 * spark.content.stat().st_size
-
-
 def test_a_changed_module_has_another_address(box_room, modules, tmp_path, assets):
     changed = tmp_path / "OrbitControls.js"
     name = "three/addons/controls/OrbitControls.js"
