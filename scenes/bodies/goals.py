@@ -15,7 +15,7 @@ from scenes.state import Avatar
 GRIP_M = 0.085
 """From the wrist to the middle of the palm, metres: where a hand is held that is one point."""
 
-POINTING_REACH_M = 0.52
+POINTING_REACH_M = 0.545
 """From the shoulder to the wrist of somebody who points, metres: an arm that is nearly straight."""
 
 

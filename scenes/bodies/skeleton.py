@@ -38,10 +38,10 @@ LUMBAR_M, THORAX_M, NECK_M = 0.17, 0.33, 0.10
 EYES_IN_HEAD = np.array([0.09, 0.0, 0.07])
 """(3,) point between the eyes from the joint between neck and head, metres."""
 
-SHOULDER_IN_CHEST = np.array([0.0, 0.175, -0.045])
+SHOULDER_IN_CHEST = np.array([0.0, 0.172, -0.060])
 """(3,) left shoulder from the base of the neck, metres."""
 
-STERNUM_IN_CHEST = np.array([0.02, 0.025, -0.045])
+STERNUM_IN_CHEST = np.array([0.02, 0.025, -0.060])
 """(3,) inner end of the left collarbone from the base of the neck, metres."""
 
 HIP_IN_PELVIS = np.array([0.0, 0.09, -0.035])

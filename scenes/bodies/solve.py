@@ -15,7 +15,7 @@ from scenes.bodies.goals import Goals, pointing_wrists
 from scenes.bodies.hands import FINGERS, POINTING, RELAXED
 from scenes.bodies.legs import Feet, legs_of, standing, stepped
 from scenes.bodies.skeleton import EYE_M, MAX_EYE_M, MIN_EYE_M, SIDES, Skeleton
-from scenes.bodies.solids import MAX_DEPTH_M, ROUNDS, Solids, no_solids
+from scenes.bodies.solids import MAX_DEPTH_M, ROUNDS, Solids
 from scenes.bodies.torso import Torso, head_angles, middle_below, shoulders_of, torso_of
 from scenes.bodies.vectors import Array, length, smooth, turned, unit, wrapped
 
@@ -93,7 +93,7 @@ def solve_bodies(
         solids: what hands stay out of.
     """
     if state is None or not 0.0 <= dt_s <= MAX_GAP_S:
-        state, dt_s = _fresh(goals), 0.0
+        state, dt_s = fresh_bodies(goals), 0.0
     state = replace(state, eyes_m=_eye_heights(state.eyes_m, goals.eyes[:, 2], dt_s))
     scales = state.eyes_m / EYE_M
     eyes = goals.eyes / scales[:, None]
@@ -123,7 +123,8 @@ def solve_bodies(
     return replace(state, swivels=arms.swivels), skeleton
 
 
-def _fresh(goals: Goals) -> BodyState:
+def fresh_bodies(goals: Goals) -> BodyState:
+    """Return the state of people of whom nothing is known yet: they stand below their heads."""
     count = len(goals.eyes)
     seen = goals.eyes[:, 2]
     eyes_m = np.where((seen >= MIN_EYE_M) & (seen <= MAX_EYE_M), seen, EYE_M)
@@ -259,5 +260,3 @@ def _out_of_solids(
         depth = depth_of(arms)
     return arms
 
-
-__all__ = ["BodyState", "Feet", "no_solids", "solve_bodies"]

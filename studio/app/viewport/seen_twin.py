@@ -117,6 +117,7 @@ class SeenTwin(QWidget):
             shown=self._layers.shown,
             twin=bench.document.twin,
             world_from_rig=rig,
+            crowd=self._drawings.crowd,
         )
         shapes += self._layers.shapes()
         pose = self.viewer.world_from_camera()
