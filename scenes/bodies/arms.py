@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from scenes.bodies.skeleton import (
     ELBOW,
@@ -76,6 +77,27 @@ class Arms:
     palms: Array
     pronation: Array
     swivels: Array
+
+    def of(self, rows: NDArray[np.intp]) -> Arms:
+        """Return those of some people."""
+        return Arms(*(each[rows] for each in self._arrays()))
+
+    def with_rows(self, rows: NDArray[np.intp], others: Arms) -> Arms:
+        """Return them with those of some people exchanged."""
+        found = tuple(each.copy() for each in self._arrays())
+        for each, other in zip(found, others._arrays(), strict=True):
+            each[rows] = other
+        return Arms(*found)
+
+    def _arrays(self) -> tuple[Array, Array, Array, Array, Array, Array]:
+        return (
+            self.elbows,
+            self.wrists,
+            self.hinges,
+            self.palms,
+            self.pronation,
+            self.swivels,
+        )
 
 
 def in_left_axes(vectors: Array) -> Array:

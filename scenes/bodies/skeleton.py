@@ -35,6 +35,9 @@ THIGH_M, SHIN_M, ANKLE_M = 0.245 * HEIGHT_M, 0.246 * HEIGHT_M, 0.039 * HEIGHT_M
 LUMBAR_M, THORAX_M, NECK_M = 0.17, 0.33, 0.10
 """Pelvis to waist, waist to the base of the neck, neck, metres: they add up to the eyes' height."""
 
+NECK_UP = NECK_M * np.array([math.sin(0.2), 0.0, math.cos(0.2)])
+"""(3,) from the base of the neck to the head's joint at rest, metres: necks lean ahead by 11 degrees."""
+
 EYES_IN_HEAD = np.array([0.09, 0.0, 0.07])
 """(3,) point between the eyes from the joint between neck and head, metres."""
 
@@ -196,11 +199,11 @@ def rest_arm() -> tuple[Array, Array, Array]:
 def rest_joints() -> Array:
     """Return (FINGERS, 3): upper joints of all bones but the fingers', at rest, from the floor."""
     found = np.zeros((Bone.FINGERS, 3))
-    neck_z = EYE_M - EYES_IN_HEAD[2] - NECK_M
+    neck_z = EYE_M - EYES_IN_HEAD[2] - NECK_UP[2]
     found[Bone.PELVIS, 2] = found[Bone.SPINE, 2] = neck_z - THORAX_M - LUMBAR_M
     found[Bone.CHEST, 2] = neck_z - THORAX_M
     found[Bone.NECK, 2] = neck_z
-    found[Bone.HEAD] = (0.02, 0.0, neck_z + NECK_M)
+    found[Bone.HEAD] = found[Bone.NECK] + NECK_UP
     neck, along = found[Bone.NECK], rest_arm()[0]
     shoulder = neck + mirrored(SHOULDER_IN_CHEST)
     found[arm_rows(Bone.CLAVICLE)] = neck + mirrored(STERNUM_IN_CHEST)

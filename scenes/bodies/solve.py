@@ -8,13 +8,14 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from scenes.bodies.arms import Arms, arms_of
 from scenes.bodies.bones import hand_points, laid_out
 from scenes.bodies.goals import Goals, pointing_wrists
 from scenes.bodies.hands import FINGERS, POINTING, RELAXED
 from scenes.bodies.legs import Feet, legs_of, standing, stepped
-from scenes.bodies.skeleton import EYE_M, MAX_EYE_M, MIN_EYE_M, SIDES, Skeleton
+from scenes.bodies.skeleton import EYE_M, MAX_EYE_M, MIN_EYE_M, SIDES, Skeleton, mirrored
 from scenes.bodies.solids import MAX_DEPTH_M, ROUNDS, Solids
 from scenes.bodies.torso import Torso, head_angles, middle_below, shoulders_of, torso_of
 from scenes.bodies.vectors import Array, length, smooth, turned, unit, wrapped
@@ -46,8 +47,9 @@ HANGING = np.array([0.05, 0.10, -0.54])
 RETREATS = np.linspace(0.0, 1.0, 13)[1:]
 """Shares of the way back to the chest that are tried with a hand that cannot get out of a solid."""
 
-BEFORE_CHEST = np.array([0.20, 0.04, -0.22])
-"""(3,) where that way ends: from the left shoulder, metres, in the chest's axes."""
+SAFE_PLACES = np.array([[0.20, 0.04, -0.22], [0.02, 0.12, -0.52], [0.10, 0.14, 0.02]])
+"""(3, 3) where those ways end, one tried after the other: before the chest, beside the hip, at the
+shoulder; from the left shoulder, metres, in the chest's axes."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -108,7 +110,9 @@ def solve_bodies(
     state = replace(state, facing=facing, feet=feet, middles=middle, velocities=velocity)
     state, wrists, angles = _hand_goals(state, goals, torso, scales=scales, dt_s=dt_s)
     clavicles = shoulders_of(torso, wrists)
-    reach = _Reach(goals.palms, torso, clavicles[1], state.swivels, SWIVEL_RAD_S * dt_s)
+    reach = _Reach(
+        goals.palms, torso.world_from_chest, clavicles[1], state.swivels, SWIVEL_RAD_S * dt_s
+    )
     arms = reach.arms(wrists)
     if solids is not None and len(solids.centres):
         arms = _out_of_solids(reach, arms, angles, solids=solids, scales=scales)
@@ -207,10 +211,10 @@ def _hand_goals(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Reach:
-    """Arms of N people but for where their wrists go."""
+    """Arms of N people but for where their wrists go, metres of the reference person."""
 
     palms: Array
-    torso: Torso
+    chests: Array
     shoulders: Array
     swivels: Array
     max_turn: float
@@ -221,9 +225,19 @@ class _Reach:
             self.shoulders,
             wrists,
             self.palms,
-            chests=self.torso.world_from_chest,
+            chests=self.chests,
             previous=self.swivels,
             max_turn=self.max_turn,
+        )
+
+    def of(self, rows: NDArray[np.intp]) -> _Reach:
+        """Return those of some people."""
+        return _Reach(
+            self.palms[rows],
+            self.chests[rows],
+            self.shoulders[rows],
+            self.swivels[rows],
+            self.max_turn,
         )
 
 
@@ -231,32 +245,40 @@ def _out_of_solids(
     reach: _Reach, arms: Arms, angles: Array, *, solids: Solids, scales: Array
 ) -> Arms:
     """Return arms of which no hand is in a solid by more than `MAX_DEPTH_M`."""
+    sizes = scales[:, None, None, None]
+    depth = solids.depths(hand_points(arms, angles) * sizes).max(axis=-1)
+    rows = np.flatnonzero((depth > 0.5 * MAX_DEPTH_M).any(axis=1))
+    if not len(rows):
+        return arms
+    moved = _moved_out(
+        reach.of(rows), arms.of(rows), angles[rows], solids=solids, sizes=sizes[rows]
+    )
+    return arms.with_rows(rows, moved)
 
-    def depth_of(tried: Arms) -> Array:
-        points = hand_points(tried, angles) * scales[:, None, None, None]
-        return solids.depths(points).max(axis=-1)
 
-    depth = depth_of(arms)
+def _moved_out(
+    reach: _Reach, arms: Arms, angles: Array, *, solids: Solids, sizes: Array
+) -> Arms:
+    """Return arms pushed out of solids; where that does not help, drawn back to the chest."""
     wrists = arms.wrists.copy()
     for _ in range(ROUNDS):
+        points = hand_points(arms, angles) * sizes
+        depth = solids.depths(points).max(axis=-1)
         if depth.max() <= 0.5 * MAX_DEPTH_M:
             return arms
-        points = hand_points(arms, angles) * scales[:, None, None, None]
         shift = solids.pushes(points.reshape(-1, *points.shape[2:])).reshape(-1, 2, 3)
-        moved = depth > 0.0
-        wrists = np.where(moved[..., None], arms.wrists + shift / scales[:, None, None], wrists)
+        moved = (depth > 0.0)[..., None]
+        wrists = np.where(moved, arms.wrists + shift / sizes[..., 0], wrists)
         arms = reach.arms(wrists)
-        depth = depth_of(arms)
-    start = wrists.copy()
-    chest = reach.torso.world_from_chest[:, None]
-    safe = BEFORE_CHEST * np.stack([np.ones(2), SIDES, np.ones(2)], axis=-1)
-    end = reach.shoulders + turned(chest, safe)
-    for share in RETREATS:
-        deep = depth > MAX_DEPTH_M
-        if not deep.any():
-            break
-        wrists = np.where(deep[..., None], start + share * (end - start), wrists)
-        arms = reach.arms(wrists)
-        depth = depth_of(arms)
+    for safe in SAFE_PLACES:
+        end = reach.shoulders + turned(reach.chests[:, None], mirrored(safe))
+        start = arms.wrists
+        for share in RETREATS:
+            deep = solids.depths(hand_points(arms, angles) * sizes).max(axis=-1) > MAX_DEPTH_M
+            if not deep.any():
+                return arms
+            wrists = np.where(deep[..., None], start + share * (end - start), wrists)
+            arms = reach.arms(wrists)
+        # A hand that is in the way however near it is may be held in another way.
+        reach = replace(reach, palms=np.full_like(reach.palms, np.nan))
     return arms
-

@@ -13,7 +13,7 @@ from scenes.bodies.skeleton import (
     EYE_M,
     EYES_IN_HEAD,
     LUMBAR_M,
-    NECK_M,
+    NECK_UP,
     NECK_PITCH,
     NECK_ROLL,
     NECK_TURN,
@@ -38,7 +38,7 @@ from scenes.bodies.vectors import (
 BACK_M = LUMBAR_M + THORAX_M
 """Pelvis to the base of the neck, metres: the back is straight."""
 
-STANDING_PELVIS_M = EYE_M - EYES_IN_HEAD[2] - NECK_M - BACK_M
+STANDING_PELVIS_M = float(EYE_M - EYES_IN_HEAD[2] - NECK_UP[2]) - BACK_M
 """Height of the pelvis of the reference person who stands, metres."""
 
 MIN_PELVIS_M = ANKLE_M + 2.0 * math.sin(math.radians(16.0)) * 0.5 * (THIGH_M + SHIN_M) + 0.035
@@ -152,9 +152,9 @@ def torso_of(eyes: Array, heads: Array, *, facing: Array, feet: Array) -> Torso:
             facing + chest_turn + NECK_TURN.clip(turn - chest_turn), np.clip(pitch, low, high), roll
         )
         head = eyes - turned(head_rotation, EYES_IN_HEAD)
-        slope = 0.5 * (lean + np.clip(pitch, low, high)) + 0.2
-        neck_up = turned(rotation_of(facing + chest_turn, slope, 0.5 * roll), _UP)
-        neck = head - NECK_M * neck_up
+        slope = 0.5 * (lean + np.clip(pitch, low, high))
+        neck_rotation = rotation_of(facing + 0.5 * (chest_turn + turn), slope, 0.5 * roll)
+        neck = head - turned(neck_rotation, NECK_UP)
         lean = _lean(neck[:, 2], pitch)
     back = _back(neck, lean, facing=facing, feet=feet)
     chest = _upright(back, facing + chest_turn)
@@ -166,7 +166,7 @@ def torso_of(eyes: Array, heads: Array, *, facing: Array, feet: Array) -> Torso:
         head=head,
         world_from_pelvis=hips,
         world_from_chest=chest,
-        world_from_neck=_upright(neck_up, facing + 0.5 * (chest_turn + turn)),
+        world_from_neck=neck_rotation,
         world_from_head=head_rotation,
         lean=lean,
     )
