@@ -1,7 +1,8 @@
 """Arms: from shoulders and wrists to elbows and hands, within what joints can do.
 
-The elbow of a two-bone arm lies on a circle around the line from shoulder to wrist. A number of places
-on it are scored (natural, within limits, beside the body, outside solids), and the best is taken.
+The elbow of a two-bone arm lies on a circle around the line from shoulder to wrist. A number of
+places on it are scored (natural, within limits, beside the body, outside solids), and the best is
+taken.
 """
 
 from __future__ import annotations
@@ -29,9 +30,11 @@ from scenes.bodies.vectors import (
     Array,
     about,
     across,
+    back,
     cross,
     dot,
     length,
+    packed,
     turned,
     unit,
 )
@@ -40,9 +43,7 @@ SWIVELS = 24
 """Places of an elbow that are scored: 15 degrees apart, and a parabola between them."""
 
 MIN_REACH_M = math.sqrt(
-    UPPER_ARM_M**2
-    + FOREARM_M**2
-    + 2 * UPPER_ARM_M * FOREARM_M * math.cos(ELBOW.high)
+    UPPER_ARM_M**2 + FOREARM_M**2 + 2 * UPPER_ARM_M * FOREARM_M * math.cos(ELBOW.high)
 )
 """From shoulder to wrist with the elbow bent as far as it goes, metres."""
 
@@ -50,8 +51,8 @@ MAX_REACH_M = 0.999 * (UPPER_ARM_M + FOREARM_M)
 """The same with a straight arm, metres: a thousandth less, so that there is a plane of the arm."""
 
 OUT_OF_LIMITS, OUT_OF_WRIST, IN_BODY, NEAR_BODY_M = 12.0, 0.8, 25.0, 0.21
-"""Weights of a score: a radian beyond a limit of the shoulder, of the wrist, a metre in the body; and
-the body's half width at the elbow, metres. Natural is 0 to 2. Chosen by eye."""
+"""Weights of a score: a radian beyond a limit of the shoulder, of the wrist, a metre in the body;
+and the body's half width at the elbow, metres. Natural is 0 to 2. Chosen by eye."""
 
 _TABLE_RAD = np.radians(SHOULDER_CONE_DEG)
 _AROUND = np.array([[math.sqrt(0.5), -math.sqrt(0.5), 0.0], [0.0, 0.0, 1.0]])
@@ -125,7 +126,7 @@ def cone_limit(direction: Array) -> Array:
 
 
 def twist_of(upper: Array, forearm: Array) -> Array:
-    """Return the turn of upper arms about themselves, radians, of a left arm in the chest's axes."""
+    """Return the turn of upper arms about themselves, radians, of left arms, chest's axes."""
     zero = _swung(upper)
     bent = across(forearm, upper)
     return np.arctan2(dot(cross(zero, bent), upper), dot(zero, bent))
@@ -164,15 +165,15 @@ def arms_of(
         solid_depth: takes points (N, K, 3) and returns (N, K) how deep in solids, or None.
     """
     chest = chests[:, None]
-    towards = np.einsum("nmji,nmj->nmi", chest, wrists - shoulders) * _MIRROR[:, 0]
+    towards = back(chest, wrists - shoulders) * _MIRROR[:, 0]
     distance = length(towards)
-    axis = np.where(distance[..., None] > 1e-6, towards / np.maximum(distance, 1e-6)[..., None], _OUT)
+    axis = np.where(distance[..., None] > 1e-6, unit(towards), _OUT)
     reach = np.clip(distance, MIN_REACH_M, MAX_REACH_M)
     along = (UPPER_ARM_M**2 - FOREARM_M**2 + reach**2) / (2.0 * reach)
     out = np.sqrt(np.maximum(UPPER_ARM_M**2 - along**2, 0.0))
     first = across(_pole(axis, reach), axis)
     second = cross(axis, first)
-    local_palms = np.einsum("nmji,nmjk->nmik", chest, palms) * _MIRROR[:, 0, :, None]
+    local_palms = (np.swapaxes(chest, -1, -2) @ palms) * _MIRROR[:, 0, :, None]
 
     def place(angle: Array) -> tuple[Array, Array]:
         """Return unit vectors of upper arms and forearms (N, 2, K, 3) for swivels (N, 2, K)."""
@@ -182,12 +183,14 @@ def arms_of(
         wrist = (reach[..., None] * axis)[:, :, None]
         return elbow / UPPER_ARM_M, (wrist - elbow) / FOREARM_M
 
-    grid = np.broadcast_to(_GRID, (*distance.shape, SWIVELS))
+    grid: Array = np.broadcast_to(_GRID, (*distance.shape, SWIVELS))
     upper, fore = place(grid)
     score = 1.0 - np.cos(grid) + _strain(upper, fore, palms=local_palms)
     score = score + IN_BODY * np.maximum(_body_depth(upper), 0.0)
     if solid_depth is not None:
-        at = shoulders[:, :, None] + turned(chests[:, None, None], in_left_axes(upper)) * UPPER_ARM_M
+        at = (
+            shoulders[:, :, None] + turned(chests[:, None, None], in_left_axes(upper)) * UPPER_ARM_M
+        )
         depth = solid_depth(at.reshape(len(at), -1, 3)).reshape(score.shape)
         score = score + IN_BODY * depth
     swivel = _lowest(score)
@@ -199,7 +202,7 @@ def arms_of(
 
 
 _OUT = np.array([0.5, 0.5, -0.7])
-_GRID = np.arange(SWIVELS) * (2.0 * np.pi / SWIVELS)
+_GRID: Array = np.arange(SWIVELS) * (2.0 * np.pi / SWIVELS)
 
 
 def _pole(axis: Array, reach: Array) -> Array:
@@ -213,7 +216,7 @@ def _pole(axis: Array, reach: Array) -> Array:
     down = -1.0 + 0.55 * high
     outwards = 0.32 + 0.55 * high + 0.35 * inwards + 0.25 * near
     behind = -0.40 + 0.30 * high + 0.35 * inwards
-    return np.stack([behind, outwards, down], axis=-1)
+    return packed(behind, outwards, down)
 
 
 def _strain(upper: Array, fore: Array, *, palms: Array) -> Array:
@@ -250,7 +253,7 @@ def _lowest(score: Array) -> Array:
 def _within_limits(
     upper: Array, fore: Array, palms: Array, chest: Array, shoulders: Array, swivels: Array
 ) -> Arms:
-    """Return arms of which every joint is within its limits; a wrist that cannot be there is not."""
+    """Return arms of which every joint is within its limits; no wrist is where it cannot be."""
     angle, around = cone_angles(upper)
     limit = cone_limit(around)
     sine, cosine = np.sin(limit)[..., None], np.cos(limit)[..., None]
@@ -281,15 +284,13 @@ def _within_limits(
         elbows=elbows,
         wrists=elbows + FOREARM_M * out(fore),
         hinges=hinges,
-        palms=np.stack([along, cross(dorsal, along), dorsal], axis=-1),
+        palms=packed(along, cross(dorsal, along), dorsal),
         pronation=pronation,
         swivels=swivels,
     )
 
 
-def _palm(
-    fore: Array, hinge: Array, pronation: Array, flexion: Array, deviation: Array
-) -> Array:
+def _palm(fore: Array, hinge: Array, pronation: Array, flexion: Array, deviation: Array) -> Array:
     """Return palms (..., 3, 3) of a left arm; the inverse of `_wrist_angles`."""
     neutral = -hinge
     dorsal = about(fore, pronation, neutral)
@@ -298,7 +299,7 @@ def _palm(
     ahead = about(dorsal, deviation, fore)
     side = about(dorsal, deviation, side)
     ahead, dorsal = about(side, flexion, ahead), about(side, flexion, dorsal)
-    return np.stack([ahead, side, dorsal], axis=-1)
+    return packed(ahead, side, dorsal)
 
 
 def _wrist_angles(fore: Array, hinge: Array, palms: Array) -> tuple[Array, Array, Array]:
@@ -316,8 +317,9 @@ def _wrist_angles(fore: Array, hinge: Array, palms: Array) -> tuple[Array, Array
     flat = unit(side + np.sin(deviation)[..., None] * fore)
     back_of_forearm = cross(fore, flat)
     neutral = -hinge
-    pronation = np.arctan2(dot(cross(neutral, back_of_forearm), fore), dot(neutral, back_of_forearm))
+    pronation = np.arctan2(
+        dot(cross(neutral, back_of_forearm), fore), dot(neutral, back_of_forearm)
+    )
     straight = about(back_of_forearm, deviation, fore)
     flexion = np.arctan2(dot(cross(straight, ahead), side), dot(straight, ahead))
     return pronation, flexion, deviation
-

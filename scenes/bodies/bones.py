@@ -21,11 +21,11 @@ from scenes.bodies.skeleton import (
     rest_joints,
 )
 from scenes.bodies.torso import Torso, rotation_of
-from scenes.bodies.vectors import Array, about, frame, turned, unit
+from scenes.bodies.vectors import Array, about, frame, packed, turned, unit
 
 TOES_DOWN_PER_M, MAX_TOES_DOWN_RAD = 5.0, 0.9
-"""How far toes point down for each metre that an ankle is lifted, radians, and the most: a heel leaves
-the floor before the toes do."""
+"""How far toes point down for each metre that an ankle is lifted, radians, and the most: a heel
+leaves the floor before the toes do."""
 
 DOWN = np.array([0.0, 0.0, -1.0])
 AHEAD = np.array([1.0, 0.0, 0.0])
@@ -113,12 +113,10 @@ def _lay_arms(
         origins[:, rows], rotations[:, rows] = place, rotation
 
 
-def _lay_legs(
-    origins: Array, rotations: Array, legs: tuple[Array, Array, Array, Array]
-) -> None:
+def _lay_legs(origins: Array, rotations: Array, legs: tuple[Array, Array, Array, Array]) -> None:
     hips, knees, ankles, yaw = legs
     rest = frame(DOWN, AHEAD).T
-    ahead = np.stack([np.cos(yaw), np.sin(yaw), np.zeros_like(yaw)], axis=-1)
+    ahead = packed(np.cos(yaw), np.sin(yaw), np.zeros_like(yaw))
     lifted = np.clip((ankles[..., 2] - ANKLE_M) * TOES_DOWN_PER_M, 0.0, MAX_TOES_DOWN_RAD)
     foot = rotation_of(yaw.ravel(), lifted.ravel(), np.zeros(yaw.size)).reshape(*yaw.shape, 3, 3)
     for bone, place, rotation in (

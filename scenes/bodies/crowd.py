@@ -22,8 +22,8 @@ ROLE_COLOURS: Mapping[str, Colour] = {
     "remote": (0.337, 0.706, 0.914),
     "local": (0.800, 0.475, 0.655),
 }
-"""Of people elsewhere and on site, sRGB: blue and pink that the colour-blind can tell apart (Okabe and
-Ito 2008)."""
+"""Of people elsewhere and on site, sRGB: blue and pink that the colour-blind can tell apart (Okabe
+and Ito 2008)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,9 +92,7 @@ class Crowd:
             for row, (key, item) in enumerate(avatars.items())
         }
 
-    def _person(
-        self, skeleton: Skeleton, row: int, colours: NDArray[np.uint8]
-    ) -> PosedPerson:
+    def _person(self, skeleton: Skeleton, row: int, colours: NDArray[np.uint8]) -> PosedPerson:
         figure = rest_figure()
         if self._arm_faces is None:
             self._arm_faces = figure.faces[figure.is_arm]

@@ -6,6 +6,7 @@ import colorsys
 import zlib
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,7 +45,8 @@ SKINS: tuple[Colour, ...] = (
     (0.93, 0.76, 0.65), (0.80, 0.60, 0.46), (0.56, 0.38, 0.27), (0.96, 0.82, 0.72),
 )  # fmt: skip
 HAIRS: tuple[Colour, ...] = (
-    (0.20, 0.15, 0.12), (0.38, 0.26, 0.17), (0.12, 0.11, 0.12), (0.60, 0.46, 0.30), (0.45, 0.44, 0.45),
+    (0.20, 0.15, 0.12), (0.38, 0.26, 0.17), (0.12, 0.11, 0.12), (0.60, 0.46, 0.30),
+    (0.45, 0.44, 0.45),
 )  # fmt: skip
 TROUSERS: tuple[Colour, ...] = ((0.20, 0.24, 0.33), (0.30, 0.28, 0.27), (0.24, 0.25, 0.27))
 """Colours that people are given by their names, sRGB."""
@@ -82,7 +84,8 @@ def rest_figure() -> Figure:
     """Return the figure, made once: it takes some tenths of a second."""
     made = parts()
     names = tuple(dict.fromkeys(part.dye for part in made))
-    vertices, normals, weights, faces, dyes = [], [], [], [], []
+    vertices, normals, weights = list[Array](), list[Array](), list[Array]()
+    faces, dyes = list[NDArray[np.int32]](), list[NDArray[np.int64]]()
     count = 0
     for part in made:
         places, triangles, out = surface(part.shape, part.low, part.high, step_m=part.step_m)
@@ -115,8 +118,8 @@ def posed(figure: Figure, skeleton: Skeleton, row: int = 0) -> tuple[NDArray[np.
     rotations = np.swapaxes(skeleton.rotations[row], -1, -2)
     sized = skeleton.scales[row] * rotations
     matrix = np.concatenate([sized, skeleton.origins[row][:, None]], axis=1).reshape(-1, 3)
-    places = figure.skin @ matrix.astype(np.float32)
-    normals = figure.skin_normals @ rotations.reshape(-1, 3).astype(np.float32)
+    places: Any = figure.skin @ matrix.astype(np.float32)
+    normals: Any = figure.skin_normals @ rotations.reshape(-1, 3).astype(np.float32)
     return places, normals
 
 

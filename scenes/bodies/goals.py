@@ -60,8 +60,8 @@ def goals_of(avatars: Sequence[Avatar]) -> Goals:
     """Return the goals of people of a state.
 
     A hand of 25 joints is a tracked one; of others the mean of the joints is taken for the palm. Of
-    two hands the first is the left one, a single one is of the side it is on. Who has a pointing ray
-    and no hand points with the right arm.
+    two hands the first is the left one, a single one is of the side it is on. Who has a pointing
+    ray and no hand points with the right arm.
     """
     found = unknown(len(avatars))
     for row, avatar in enumerate(avatars):

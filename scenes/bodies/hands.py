@@ -1,7 +1,7 @@
 """Hands: joints of a tracked one to angles of a person's fingers, and those to bones.
 
-A palm's axes: x to the fingers, z out of the back of the hand, y = z × x. Arrays have a row a finger
-from the thumb, and of each (spread, flexion of three joints) in radians.
+A palm's axes: x to the fingers, z out of the back of the hand, y = z × x. Arrays have a row a
+finger from the thumb, and of each (spread, flexion of three joints) in radians.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from scenes.bodies.skeleton import FINGER_FLEXION, FINGER_SPREAD, SIDES, rest_arm
-from scenes.bodies.vectors import Array, across, cross, dot, frame, unit
+from scenes.bodies.vectors import Array, across, cross, dot, frame, packed, unit
 
 FINGERS = 5
 """Of a hand, from the thumb."""
@@ -56,16 +56,17 @@ REST = np.zeros((FINGERS, 4))
 """(5, 4) angles of the hand at rest: flat."""
 
 _FIRST = np.array([2, 6, 11, 16, 21])
-"""Joint of a tracked hand at which each drawn finger begins: metacarpal of the thumb, else knuckle."""
+"""Joint of a tracked hand at which each drawn finger begins: metacarpal of the thumb, else
+knuckle."""
 
 
 def _bases() -> Array:
-    """Return (5, 3, 3): axes of each finger in a right palm, straight ahead and back of the hand."""
+    """Return (5, 3, 3): axes of each finger in a right palm, ahead and back of the hand."""
     along = np.stack([np.cos(FAN_RAD), np.sin(FAN_RAD), np.zeros(FINGERS)], axis=1)
     dorsal = np.tile(np.array([0.0, 0.0, 1.0]), (FINGERS, 1))
     along[0] = unit(np.array([0.72, 0.62, -0.32]))
     dorsal[0] = across(np.array([-0.30, 0.62, 0.72]), along[0])
-    return np.stack([along, cross(dorsal, along), dorsal], axis=-1)
+    return packed(along, cross(dorsal, along), dorsal)
 
 
 _BASES = _bases()
@@ -122,8 +123,8 @@ def _directions(angles: Array) -> tuple[Array, Array]:
     bend = np.cumsum(angles[..., 1:], axis=-1)
     c, s = np.cos(spread)[..., None], np.sin(spread)[..., None]
     zero = np.zeros_like(bend)
-    along = np.stack([c * np.cos(bend), s + zero, -c * np.sin(bend)], axis=-1)
-    dorsal = np.stack([np.sin(bend), zero, np.cos(bend)], axis=-1)
+    along = packed(c * np.cos(bend), s + zero, -c * np.sin(bend))
+    dorsal = packed(np.sin(bend), zero, np.cos(bend))
     found = (np.einsum("fij,...fsj->...fsi", _BASES, each) * _mirror() for each in (along, dorsal))
     first, second = found
     return first, second
@@ -137,4 +138,4 @@ def _mirror() -> Array:
 def rest_palm() -> Array:
     """Return (2, 3, 3): person from the palm's axes of hands at rest."""
     along, _, dorsal = rest_arm()
-    return np.stack([along, cross(dorsal, along), dorsal], axis=-1)
+    return packed(along, cross(dorsal, along), dorsal)

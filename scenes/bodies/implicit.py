@@ -7,10 +7,11 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from scenes.bodies.vectors import Array
+from scenes.bodies.vectors import Array, length
 
 Shape = Callable[[Array], Array]
-"""Takes points (..., 3) in metres and returns their distance to a surface (...), negative inside."""
+"""Takes points (..., 3) in metres and returns their distance to a surface (...), negative
+inside."""
 
 
 def cone(start: ArrayLike, end: ArrayLike, *, radii: tuple[float, float]) -> Shape:
@@ -52,7 +53,7 @@ def turned_profile(rings: Sequence[tuple[float, float, float, float]]) -> Shape:
         rings: height z, half width along x, along y, shift along x; metres, from below.
     """
     table = np.asarray(rings, np.float64)
-    fine = np.linspace(table[0, 0], table[-1, 0], 160)
+    fine: Array = np.linspace(table[0, 0], table[-1, 0], 160)
     curves = [_eased(table[:, 0], table[:, k], fine) for k in (1, 2, 3)]
 
     def distance(points: Array) -> Array:
@@ -111,13 +112,13 @@ def surface(
     """
     first = np.asarray(low, np.float64) - 1.5 * step_m
     counts = np.ceil((np.asarray(high, np.float64) + 1.5 * step_m - first) / step_m).astype(int) + 1
-    axes = [first[k] + step_m * np.arange(counts[k]) for k in range(3)]
-    grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+    cells: Array = np.indices(counts.tolist(), dtype=np.float64)
+    grid = first + step_m * np.moveaxis(cells, 0, -1)
     values = shape(grid)
-    cells, places = _crossed_cells(values)
+    numbers, places = _crossed_cells(values)
     vertices = first + step_m * places
     vertices, normals = _onto(shape, vertices, step_m)
-    faces = _faces(values < 0.0, cells)
+    faces = _faces(values < 0.0, numbers)
     # Cells are joined by the side that is inside; a face seen from inside is turned round.
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     facing = np.einsum("ni,ni->n", np.cross(b - a, c - a), normals[faces].sum(axis=1))
@@ -129,7 +130,9 @@ def _eased(at: Array, values: Array, where: Array) -> Array:
     """Return a smooth curve through values that does not overshoot (monotone cubic)."""
     slopes = np.diff(values) / np.diff(at)
     inner = np.where(
-        slopes[:-1] * slopes[1:] > 0, 2 * slopes[:-1] * slopes[1:] / (slopes[:-1] + slopes[1:] + 1e-12), 0
+        slopes[:-1] * slopes[1:] > 0,
+        2 * slopes[:-1] * slopes[1:] / (slopes[:-1] + slopes[1:] + 1e-12),
+        0,
     )
     ends = np.concatenate([slopes[:1], inner, slopes[-1:]])
     k = np.clip(np.searchsorted(at, where, side="right") - 1, 0, len(slopes) - 1)
@@ -151,7 +154,8 @@ def _crossed_cells(values: Array) -> tuple[NDArray[np.int64], Array]:
     """Return the number of each cell's vertex, -1 for none, and vertices in cells' units."""
     shape = tuple(n - 1 for n in values.shape)
     corner = np.stack(
-        [values[i : i + shape[0], j : j + shape[1], k : k + shape[2]] for i, j, k in _CORNERS], axis=-1
+        [values[i : i + shape[0], j : j + shape[1], k : k + shape[2]] for i, j, k in _CORNERS],
+        axis=-1,
     )
     inside = corner < 0.0
     crossed = inside.any(axis=-1) & ~inside.all(axis=-1)
@@ -182,13 +186,17 @@ def _faces(inside: NDArray[np.bool_], cells: NDArray[np.int64]) -> NDArray[np.in
 
 def _onto(shape: Shape, vertices: Array, step_m: float) -> tuple[Array, Array]:
     """Return vertices moved onto the surface, at most half a cell, and the normals there."""
-    tiny = 0.1 * step_m
+    slope = _slope(shape, vertices, step_m)
     for _ in range(2):
-        slope = np.stack(
-            [(shape(vertices + tiny * e) - shape(vertices - tiny * e)) / (2 * tiny) for e in np.eye(3)],
-            axis=-1,
-        )
-        size = np.maximum(np.sqrt((slope * slope).sum(axis=-1)), 0.2)[:, None]
+        size = np.maximum(length(slope), 0.2)[:, None]
         move = np.clip(shape(vertices), -0.5 * step_m, 0.5 * step_m)[:, None]
         vertices = vertices - move * slope / size**2
-    return vertices, slope / np.maximum(np.sqrt((slope * slope).sum(axis=-1)), 1e-9)[:, None]
+        slope = _slope(shape, vertices, step_m)
+    return vertices, slope / np.maximum(length(slope), 1e-9)[:, None]
+
+
+def _slope(shape: Shape, points: Array, step_m: float) -> Array:
+    """Return (V, 3) how fast the distance grows in points along the axes."""
+    tiny = 0.1 * step_m
+    sides = [shape(points + tiny * axis) - shape(points - tiny * axis) for axis in np.eye(3)]
+    return np.stack(sides, axis=-1) / (2 * tiny)

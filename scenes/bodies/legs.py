@@ -17,10 +17,11 @@ from scenes.bodies.skeleton import (
     mirrored,
 )
 from scenes.bodies.torso import Torso
-from scenes.bodies.vectors import Array, across, dot, length, smooth, turned, unit, wrapped
+from scenes.bodies.vectors import Array, across, dot, length, packed, smooth, turned, unit, wrapped
 
 STEP_FROM_M, STEP_FROM_RAD = 0.16, math.radians(32.0)
-"""How far a foot may be from where it belongs before it steps: chosen, a third of a foot's length."""
+"""How far a foot may be from where it belongs before it steps: chosen, a third of a foot's
+length."""
 
 STEP_S = 0.34
 """Time of a step, seconds: a walk of 1.4 m/s has 0.40 (Perry, *Gait Analysis*, 1992)."""
@@ -69,7 +70,7 @@ class Feet:
         place = self.places + share * change
         lift = STEP_HEIGHT_M * np.sin(np.pi * np.clip(self.steps, 0.0, 1.0))
         far = np.minimum(length(change[..., :2]) / 0.2 + np.abs(change[..., 2]), 1.0)
-        return np.stack([place[..., 0], place[..., 1], lift * far, place[..., 2]], axis=-1)
+        return packed(place[..., 0], place[..., 1], lift * far, place[..., 2])
 
 
 def feet_below(middle: Array, facing: Array) -> Array:
@@ -82,7 +83,7 @@ def feet_below(middle: Array, facing: Array) -> Array:
     c, s = np.cos(facing)[:, None], np.sin(facing)[:, None]
     out = HALF_STANCE_M * SIDES
     yaw = facing[:, None] + TOES_OUT_RAD * SIDES
-    return np.stack([middle[:, :1] - s * out, middle[:, 1:] + c * out, yaw], axis=-1)
+    return packed(middle[:, :1] - s * out, middle[:, 1:] + c * out, yaw)
 
 
 def standing(middle: Array, facing: Array) -> Feet:
@@ -91,9 +92,7 @@ def standing(middle: Array, facing: Array) -> Feet:
     return Feet(places, places, np.ones(places.shape[:2]))
 
 
-def stepped(
-    feet: Feet, middle: Array, *, facing: Array, velocity: Array, dt_s: float
-) -> Feet:
+def stepped(feet: Feet, middle: Array, *, facing: Array, velocity: Array, dt_s: float) -> Feet:
     """Return feet a moment later; of two at most one is in the air unless both are far away.
 
     Args:
@@ -139,15 +138,17 @@ def legs_of(torso: Torso, feet: Feet) -> tuple[Array, Array, Array, Array]:
     """
     hips = torso.pelvis[:, None] + turned(torso.world_from_pelvis[:, None], mirrored(HIP_IN_PELVIS))
     at = feet.at()
-    ankles = np.stack([at[..., 0], at[..., 1], ANKLE_M + at[..., 2]], axis=-1)
+    ankles = packed(at[..., 0], at[..., 1], ANKLE_M + at[..., 2])
     below = hips - (0.0, 0.0, LEG_M)
     hovers = smooth((below[..., 2] - ANKLE_M) / 0.25)[..., None]
     ankles = ankles + hovers * (below - (0.0, 0.0, 0.004) - ankles)
     yaw = at[..., 3]
-    ahead = np.stack([np.cos(yaw), np.sin(yaw), np.zeros_like(yaw)], axis=-1)
-    left = np.stack([-np.sin(yaw), np.cos(yaw), np.zeros_like(yaw)], axis=-1)
+    ahead = packed(np.cos(yaw), np.sin(yaw), np.zeros_like(yaw))
+    left = packed(-np.sin(yaw), np.cos(yaw), np.zeros_like(yaw))
     pole = ahead + 0.08 * SIDES[:, None] * left
-    knees, ankles = bent(hips, ankles, pole, lengths_m=(THIGH_M, SHIN_M), limits_m=(MIN_LEG_M, LEG_M))
+    knees, ankles = bent(
+        hips, ankles, pole, lengths_m=(THIGH_M, SHIN_M), limits_m=(MIN_LEG_M, LEG_M)
+    )
     return hips, knees, ankles, yaw
 
 

@@ -17,8 +17,8 @@ import numpy as np
 from scenes.bodies.vectors import Array
 
 EYE_M = 1.60
-"""Eye height of the reference person, metres: halfway between women's and men's mean in NASA-STD-3000.
-A person of another eye height is this one scaled."""
+"""Eye height of the reference person, metres: halfway between women's and men's mean in
+NASA-STD-3000. A person of another eye height is this one scaled."""
 
 HEIGHT_M = EYE_M / 0.936
 """Standing height of the reference person, metres: eyes are at 0.936 of it."""
@@ -36,7 +36,8 @@ LUMBAR_M, THORAX_M, NECK_M = 0.17, 0.33, 0.10
 """Pelvis to waist, waist to the base of the neck, neck, metres: they add up to the eyes' height."""
 
 NECK_UP = NECK_M * np.array([math.sin(0.2), 0.0, math.cos(0.2)])
-"""(3,) from the base of the neck to the head's joint at rest, metres: necks lean ahead by 11 degrees."""
+"""(3,) from the base of the neck to the head's joint at rest, metres: necks lean ahead by 11
+degrees."""
 
 EYES_IN_HEAD = np.array([0.09, 0.0, 0.07])
 """(3,) point between the eyes from the joint between neck and head, metres."""
@@ -119,8 +120,8 @@ WRIST_DEVIATION = Range.degrees(-20.0, 30.0)
 """Of a wrist sideways, towards the little finger."""
 
 HUMERAL_TWIST = Range.degrees(-110.0, 90.0)
-"""Turn of the upper arm about itself from a forearm bent inwards, inwards is positive: 70 inwards and
-90 outwards in the reference, and 20 of the shoulder blade each."""
+"""Turn of the upper arm about itself from a forearm bent inwards, inwards is positive: 70 inwards
+and 90 outwards in the reference, and 20 of the shoulder blade each."""
 
 CHEST_TURN = Range.degrees(-35.0, 35.0)
 """Of the chest against the pelvis, about the spine."""
@@ -138,12 +139,22 @@ SHOULDER_AXIS = np.array([math.sqrt(0.5), math.sqrt(0.5), 0.0])
 """(3,) middle of what an arm reaches: halfway between ahead and the left, in the chest's axes."""
 
 SHOULDER_CONE_DEG = np.array(
-    [[0, 90], [45, 92], [90, 100], [135, 92], [180, 92], [219, 127], [270, 100], [315, 92], [360, 90]],
+    [
+        [0, 90],
+        [45, 92],
+        [90, 100],
+        [135, 92],
+        [180, 92],
+        [219, 127],
+        [270, 100],
+        [315, 92],
+        [360, 90],
+    ],
     dtype=np.float64,
 )
-"""(9, 2) how far an upper arm gets from that axis, in which direction around it; degrees. Direction 0
-is across the chest (horizontal adduction 135), 90 overhead (flexion 180), 180 behind the shoulder
-(horizontal abduction 45), 219 down and back (extension 60), 270 hanging."""
+"""(9, 2) how far an upper arm gets from that axis, in which direction around it; degrees.
+Direction 0 is across the chest (horizontal adduction 135), 90 overhead (flexion 180), 180 behind
+the shoulder (horizontal abduction 45), 219 down and back (extension 60), 270 hanging."""
 
 FINGER_SPREAD = Range.degrees(-22.0, 22.0)
 """Of a finger or the thumb sideways."""

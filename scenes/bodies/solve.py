@@ -18,7 +18,16 @@ from scenes.bodies.legs import Feet, legs_of, standing, stepped
 from scenes.bodies.skeleton import EYE_M, MAX_EYE_M, MIN_EYE_M, SIDES, Skeleton, mirrored
 from scenes.bodies.solids import MAX_DEPTH_M, ROUNDS, Solids
 from scenes.bodies.torso import Torso, head_angles, middle_below, shoulders_of, torso_of
-from scenes.bodies.vectors import Array, length, smooth, turned, unit, wrapped
+from scenes.bodies.vectors import (
+    Array,
+    back,
+    length,
+    smooth,
+    turned,
+    unit,
+    wrapped,
+    yaw_rotation,
+)
 
 TURN_S = 0.35
 """Time in which a body has made two thirds of a turn after the head, seconds: chosen by eye."""
@@ -27,7 +36,8 @@ TURN_FREE_RAD, MAX_TURN_RAD = 0.35, 1.2
 """How far a head turns before the body does, and how far at most without it, radians."""
 
 REACH_S = 0.30
-"""Time in which an arm goes to a hand that appears, or hangs down after one that is gone, seconds."""
+"""Time in which an arm goes to a hand that appears, or hangs down after one that is gone,
+seconds."""
 
 GROWTH_M_S = 0.15
 """How fast somebody is taken for taller who is seen higher up, m/s."""
@@ -179,10 +189,7 @@ def _hand_goals(
     state: BodyState, goals: Goals, torso: Torso, *, scales: Array, dt_s: float
 ) -> tuple[BodyState, Array, Array]:
     """Return the state, where wrists go (N, 2, 3) in the reference person's metres, and fingers."""
-    c, s = np.cos(state.facing), np.sin(state.facing)
-    zero = np.zeros_like(c)
-    body = np.stack([np.stack([c, -s, zero], -1), np.stack([s, c, zero], -1)], axis=-2)
-    body = np.concatenate([body, np.broadcast_to([[[0.0, 0.0, 1.0]]], (len(c), 1, 3))], axis=1)
+    body = yaw_rotation(state.facing)
     shoulders = shoulders_of(torso, torso.neck[:, None] - (0.0, 0.0, 1.0) + np.zeros((1, 2, 3)))[1]
     seen = goals.wrists / scales[:, None, None]
     seen = seen - (goals.grips_m / scales[:, None])[..., None] * unit(seen - shoulders)
@@ -190,16 +197,15 @@ def _hand_goals(
     aims = pointing_wrists(goals.aims / scales[:, None], shoulders[:, 1])
     seen[:, 1] = np.where(points[:, None], aims, seen[:, 1])
     known = np.isfinite(seen[..., 0])
-    local = np.einsum("nji,nmj->nmi", body, seen - shoulders)
+    local = back(body[:, None], seen - shoulders)
     last = np.where(known[..., None], local, state.wrists)
     angles = np.where(np.isfinite(goals.fingers), goals.fingers, state.fingers)
     angles[:, 1] = np.where(points[:, None, None], POINTING, angles[:, 1])
     change = np.where(known, dt_s / REACH_S, -dt_s / REACH_S)
     reaches = np.clip(state.reaches + change, 0.0, 1.0)
-    at = state.feet.at()
-    ahead = np.einsum("nmi,ni->nm", at[..., :2], np.stack([c, s], axis=-1))
+    ahead = np.vecdot(state.feet.at()[..., :2], body[:, None, :2, 0])
     swing = 0.35 * (ahead[:, :1] - ahead[:, 1:]) * -SIDES
-    hanging = HANGING * np.stack([np.ones(2), SIDES, np.ones(2)], axis=-1) + np.zeros_like(local)
+    hanging = mirrored(HANGING) + np.zeros_like(local)
     hanging[..., 0] += swing
     hanging[..., 2] += 0.5 * np.abs(swing) ** 2
     share = smooth(reaches)[..., None]
@@ -256,9 +262,7 @@ def _out_of_solids(
     return arms.with_rows(rows, moved)
 
 
-def _moved_out(
-    reach: _Reach, arms: Arms, angles: Array, *, solids: Solids, sizes: Array
-) -> Arms:
+def _moved_out(reach: _Reach, arms: Arms, angles: Array, *, solids: Solids, sizes: Array) -> Arms:
     """Return arms pushed out of solids; where that does not help, drawn back to the chest."""
     wrists = arms.wrists.copy()
     for _ in range(ROUNDS):

@@ -13,21 +13,26 @@ from scenes.bodies.skeleton import (
     EYE_M,
     EYES_IN_HEAD,
     LUMBAR_M,
-    NECK_UP,
     NECK_PITCH,
     NECK_ROLL,
     NECK_TURN,
+    NECK_UP,
     SHIN_M,
+    SHOULDER_IN_CHEST,
     SIDES,
     STERNUM_IN_CHEST,
-    SHOULDER_IN_CHEST,
     THIGH_M,
     THORAX_M,
     mirrored,
 )
 from scenes.bodies.vectors import (
     Array,
+    back,
+    cross,
+    dot,
     frame,
+    length,
+    packed,
     smooth,
     turned,
     unit,
@@ -58,8 +63,8 @@ BALANCE = 0.6
 """Share of the offset between head and feet that the back leans by: feet follow the rest."""
 
 FEET_BELOW = 0.65
-"""Share of the way from the neck to the pelvis, level, below which feet stand: who leans ahead is in
-balance."""
+"""Share of the way from the neck to the pelvis, level, below which feet stand: who leans ahead is
+in balance."""
 
 MAX_BALANCE = 0.22
 """Most of that, as a slope: 12 degrees."""
@@ -108,25 +113,20 @@ def head_angles(heads: Array) -> tuple[Array, Array, Array]:
     way = ahead[:, :2] - ahead[:, 2:] * up[:, :2]
     yaw = np.arctan2(way[:, 1], way[:, 0])
     pitch = -np.arcsin(np.clip(ahead[:, 2], -1.0, 1.0))
-    level = np.stack([-np.sin(yaw), np.cos(yaw), np.zeros_like(yaw)], axis=-1)
+    level = packed(-np.sin(yaw), np.cos(yaw), np.zeros_like(yaw))
     # The angle about the line of sight from level to the ears.
-    sine = np.einsum("ni,ni->n", np.stack([
-        level[:, 1] * left[:, 2],
-        -level[:, 0] * left[:, 2],
-        level[:, 0] * left[:, 1] - level[:, 1] * left[:, 0],
-    ], axis=-1), ahead)
-    roll = np.arctan2(sine, np.einsum("ni,ni->n", level, left))
+    roll = np.arctan2(dot(cross(level, left), ahead), dot(level, left))
     return yaw, pitch, roll
 
 
 def rotation_of(yaw: Array, pitch: Array, roll: Array) -> Array:
     """Return rotations (N, 3, 3) of the angles that `head_angles` gives."""
     c, s, o = np.cos(pitch), np.sin(pitch), np.zeros_like(pitch)
-    ahead = np.stack([c, o, -s], axis=-1)
-    above = np.stack([s, o, c], axis=-1)
-    left = np.stack([o, o + 1.0, o], axis=-1)
+    ahead = packed(c, o, -s)
+    above = packed(s, o, c)
+    left = packed(o, o + 1.0, o)
     cr, sr = np.cos(roll)[:, None], np.sin(roll)[:, None]
-    local = np.stack([ahead, cr * left + sr * above, cr * above - sr * left], axis=-1)
+    local = packed(ahead, cr * left + sr * above, cr * above - sr * left)
     return yaw_rotation(yaw) @ local
 
 
@@ -145,23 +145,26 @@ def torso_of(eyes: Array, heads: Array, *, facing: Array, feet: Array) -> Torso:
     roll = NECK_ROLL.clip(roll)
     # The neck's base depends on the lean, and the lean on the neck's height: twice is close enough,
     # since bones are laid out from the head down afterwards.
-    lean = np.zeros(len(eyes))
-    for _ in range(2):
-        low, high = lean + NECK_PITCH.low, lean + NECK_PITCH.high
-        head_rotation = rotation_of(
-            facing + chest_turn + NECK_TURN.clip(turn - chest_turn), np.clip(pitch, low, high), roll
-        )
+    neck_yaw = facing + 0.5 * (chest_turn + turn)
+    head_yaw = facing + chest_turn + NECK_TURN.clip(turn - chest_turn)
+
+    def hung(lean: Array) -> tuple[Array, Array, Array, Array]:
+        """Return head and neck, and their rotations, above a back that leans so far."""
+        nod = np.clip(pitch, lean + NECK_PITCH.low, lean + NECK_PITCH.high)
+        head_rotation = rotation_of(head_yaw, nod, roll)
+        neck_rotation = rotation_of(neck_yaw, 0.5 * (lean + nod), 0.5 * roll)
         head = eyes - turned(head_rotation, EYES_IN_HEAD)
-        slope = 0.5 * (lean + np.clip(pitch, low, high))
-        neck_rotation = rotation_of(facing + 0.5 * (chest_turn + turn), slope, 0.5 * roll)
-        neck = head - turned(neck_rotation, NECK_UP)
-        lean = _lean(neck[:, 2], pitch)
-    back = _back(neck, lean, facing=facing, feet=feet)
-    chest = _upright(back, facing + chest_turn)
-    hips = _upright(unit(back + _UP), facing)
+        return head, head - turned(neck_rotation, NECK_UP), head_rotation, neck_rotation
+
+    lean = _lean(hung(np.zeros(len(eyes)))[1][:, 2], pitch)
+    head, neck, head_rotation, neck_rotation = hung(lean)
+    lean = _lean(neck[:, 2], pitch)
+    spine = _back(neck, lean, facing=facing, feet=feet)
+    chest = _upright(spine, facing + chest_turn)
+    hips = _upright(unit(spine + _UP), facing)
     return Torso(
-        pelvis=neck - BACK_M * back,
-        waist=neck - THORAX_M * back,
+        pelvis=neck - BACK_M * spine,
+        waist=neck - THORAX_M * spine,
         neck=neck,
         head=head,
         world_from_pelvis=hips,
@@ -174,7 +177,7 @@ def torso_of(eyes: Array, heads: Array, *, facing: Array, feet: Array) -> Torso:
 
 def middle_below(torso: Torso, facing: Array) -> Array:
     """Return (N, 2) where the middle between both feet belongs."""
-    way = np.stack([np.cos(facing), np.sin(facing)], axis=-1)
+    way = packed(np.cos(facing), np.sin(facing))
     return torso.neck[:, :2] - (FEET_BELOW * BACK_M * np.sin(torso.lean))[:, None] * way
 
 
@@ -192,9 +195,9 @@ def _lean(neck_m: Array, pitch: Array) -> Array:
 def _back(neck: Array, lean: Array, *, facing: Array, feet: Array) -> Array:
     """Return (N, 3) the unit vector up the back: leaning ahead, and towards where feet are not."""
     c, s = np.cos(facing), np.sin(facing)
-    way = np.stack([c * np.sin(lean), s * np.sin(lean)], axis=-1)
+    way = packed(c * np.sin(lean), s * np.sin(lean))
     offset = BALANCE * (neck[:, :2] - feet - FEET_BELOW * BACK_M * way) / BACK_M
-    far = np.sqrt(np.einsum("ni,ni->n", offset, offset))
+    far = length(offset)
     offset *= (MAX_BALANCE * np.tanh(far / MAX_BALANCE) / np.maximum(far, 1e-9))[:, None]
     # Somebody deep down keeps the height that the lean gives.
     offset *= np.cos(lean)[:, None].clip(0.0)
@@ -203,10 +206,10 @@ def _back(neck: Array, lean: Array, *, facing: Array, feet: Array) -> Array:
 
 def _upright(up: Array, yaw: Array) -> Array:
     """Return rotations (N, 3, 3) with z along `up` and y as a person faces who turns by `yaw`."""
-    left = np.stack([-np.sin(yaw), np.cos(yaw), np.zeros_like(yaw)], axis=-1)
+    left = packed(-np.sin(yaw), np.cos(yaw), np.zeros_like(yaw))
     made = frame(up, left)
     # frame's columns are up, left, up × left = -ahead.
-    return np.stack([-made[..., 2], made[..., 1], made[..., 0]], axis=-1)
+    return packed(-made[..., 2], made[..., 1], made[..., 0])
 
 
 def shoulders_of(torso: Torso, wrists: Array) -> tuple[Array, Array, Array]:
@@ -221,15 +224,16 @@ def shoulders_of(torso: Torso, wrists: Array) -> tuple[Array, Array, Array]:
     chest = torso.world_from_chest[:, None]
     fixed = torso.neck[:, None] + turned(chest, mirrored(SHOULDER_IN_CHEST))
     root = torso.neck[:, None] + turned(chest, mirrored(STERNUM_IN_CHEST))
-    towards = np.einsum("nmji,nmj->nmi", chest, wrists - fixed) / 0.55
+    towards = back(chest, wrists - fixed) / 0.55
     up = MAX_SHRUG_RAD * smooth(towards[..., 2] + 0.1)
     forward = MAX_FORWARD_RAD * smooth(towards[..., 0] - 0.35)
     # About x for up, about z for forward: signs mirror between left and right.
     roll, yaw = SIDES * up, -SIDES * forward
-    zero = np.zeros_like(roll)
-    c, s = np.cos(roll), np.sin(roll)
-    rows = [[zero + 1.0, zero, zero], [zero, c, -s], [zero, s, c]]
-    lifted = np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    lifted = np.zeros((*roll.shape, 3, 3))
+    lifted[..., 0, 0] = 1.0
+    lifted[..., 1, 1] = lifted[..., 2, 2] = np.cos(roll)
+    lifted[..., 2, 1] = np.sin(roll)
+    lifted[..., 1, 2] = -lifted[..., 2, 1]
     rotation = chest @ yaw_rotation(yaw) @ lifted
     reach = mirrored(SHOULDER_IN_CHEST - STERNUM_IN_CHEST)
     return root, root + turned(rotation, reach), rotation

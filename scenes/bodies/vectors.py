@@ -14,21 +14,30 @@ TINY = 1e-9
 """Length below which a vector has no direction, metres: far below any bone's."""
 
 
+_NEXT, _LAST = np.array([1, 2, 0]), np.array([2, 0, 1])
+
+
+def packed(*parts: Array) -> Array:
+    """Return arrays of one shape side by side along a new last axis."""
+    found = np.empty((*parts[0].shape, len(parts)))
+    for place, part in enumerate(parts):
+        found[..., place] = part
+    return found
+
+
 def cross(a: Array, b: Array) -> Array:
     """Return a × b along the last axis."""
-    ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
-    bx, by, bz = b[..., 0], b[..., 1], b[..., 2]
-    return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=-1)
+    return a.take(_NEXT, -1) * b.take(_LAST, -1) - a.take(_LAST, -1) * b.take(_NEXT, -1)
 
 
 def dot(a: Array, b: Array) -> Array:
     """Return a · b along the last axis."""
-    return np.einsum("...i,...i->...", a, b)
+    return np.vecdot(a, b)
 
 
 def length(a: Array) -> Array:
     """Return |a| along the last axis."""
-    return np.sqrt(np.einsum("...i,...i->...", a, a))
+    return np.sqrt(np.vecdot(a, a))
 
 
 def unit(a: Array) -> Array:
@@ -49,18 +58,20 @@ def frame(along: Array, towards: Array) -> Array:
         towards: any vector that is not parallel to it.
     """
     second = across(towards, along)
-    along, second = np.broadcast_arrays(along, second)
-    return np.stack([along, second, cross(along, second)], axis=-1)
+    shape = np.broadcast_shapes(along.shape, second.shape)
+    found = np.empty((*shape, 3))
+    found[..., 0], found[..., 1], found[..., 2] = along, second, cross(along, second)
+    return found
 
 
 def turned(rotation: Array, vector: Array) -> Array:
     """Return rotation @ vector for each."""
-    return np.einsum("...ij,...j->...i", rotation, vector)
+    return np.matvec(rotation, vector)
 
 
 def back(rotation: Array, vector: Array) -> Array:
     """Return rotationᵀ @ vector for each."""
-    return np.einsum("...ji,...j->...i", rotation, vector)
+    return np.vecmat(vector, rotation)
 
 
 def about(axis: Array, angle: ArrayLike, vector: Array) -> Array:
@@ -70,20 +81,14 @@ def about(axis: Array, angle: ArrayLike, vector: Array) -> Array:
     return vector * c + cross(axis, vector) * s + axis * (dot(axis, vector)[..., None] * (1.0 - c))
 
 
-def rotation_about(axis: Array, angle: ArrayLike) -> Array:
-    """Return rotations (..., 3, 3) about unit axes by angles in radians."""
-    angle = np.asarray(angle, dtype=np.float64)
-    shape = np.broadcast_shapes(axis.shape[:-1], angle.shape)
-    axis, angle = np.broadcast_to(axis, (*shape, 3)), np.broadcast_to(angle, shape)
-    columns = [about(axis, angle, np.broadcast_to(row, (*shape, 3))) for row in np.eye(3)]
-    return np.stack(columns, axis=-1)
-
-
 def yaw_rotation(yaw: Array) -> Array:
     """Return rotations (..., 3, 3) about world z, radians."""
-    c, s, o = np.cos(yaw), np.sin(yaw), np.zeros_like(yaw)
-    rows = [np.stack([c, -s, o], -1), np.stack([s, c, o], -1), np.stack([o, o, o + 1.0], -1)]
-    return np.stack(rows, axis=-2)
+    found = np.zeros((*yaw.shape, 3, 3))
+    found[..., 0, 0] = found[..., 1, 1] = np.cos(yaw)
+    found[..., 1, 0] = np.sin(yaw)
+    found[..., 0, 1] = -found[..., 1, 0]
+    found[..., 2, 2] = 1.0
+    return found
 
 
 def wrapped(angle: Array) -> Array:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -107,11 +108,9 @@ def _trousers() -> Part:
     at = _origins()
     shapes: list[Shape] = [turned_profile(HIPS)]
     for side in (0, 1):
-        hip, knee, ankle = (
-            at[leg_rows(bone)[side]] for bone in (Bone.THIGH, Bone.SHIN, Bone.FOOT)
-        )
+        hip, knee, ankle = (at[leg_rows(bone)[side]] for bone in (Bone.THIGH, Bone.SHIN, Bone.FOOT))
         shapes.append(cone(hip - (0.0, 0.0, 0.02), knee, radii=(0.082, 0.062)))
-        shapes.append(cone(knee, ankle + (-0.006, 0.0, 0.018), radii=(0.062, 0.050)))
+        shapes.append(cone(knee, ankle - (0.006, 0.0, -0.018), radii=(0.062, 0.050)))
     bones = (Bone.PELVIS, Bone.SPINE, *_both(Bone.THIGH), *_both(Bone.SHIN))
     whole = union(*shapes, blend_m=0.035)
     hemmed = common(whole, half_space((0.0, 0.0, -1.0), -0.058), blend_m=0.006)
@@ -171,9 +170,7 @@ def _hands() -> list[Part]:
     for side in (0, 1):
         wrist = at[arm_rows(Bone.HAND)[side]]
 
-        def world(
-            local: Array, palm: Array = palms[side], wrist: Array = wrist
-        ) -> Array:
+        def world(local: Array, palm: Array = palms[side], wrist: Array = wrist) -> Array:
             return wrist + palm @ local
 
         mirror = np.array([1.0, -1.0, 1.0]) if side == 0 else np.ones(3)
@@ -182,7 +179,7 @@ def _hands() -> list[Part]:
             joints = [world(place) for place in places[side, finger]]
             chain = [
                 cone(a, b, radii=(thick * (1 - 0.06 * k), thick * (0.94 - 0.06 * k)))
-                for k, (a, b) in enumerate(zip(joints, joints[1:], strict=False))
+                for k, (a, b) in enumerate(pairwise(joints))
             ]
             shapes.append(union(*chain, blend_m=0.004))
         rows = tuple(Bone.FINGERS + 15 * side + k for k in range(15))
@@ -198,7 +195,9 @@ def _hands() -> list[Part]:
 def _palm_shapes(world: Callable[[Array], Array], mirror: Array) -> list[Shape]:
     """Return a palm and the ball of the thumb."""
     shapes: list[Shape] = [
-        cone(world(np.array([-0.03, 0.0, 0.0])), world(np.array([0.015, 0, 0])), radii=(0.025, 0.024))
+        cone(
+            world(np.array([-0.03, 0.0, 0.0])), world(np.array([0.015, 0, 0])), radii=(0.025, 0.024)
+        )
     ]
     for knuckle in KNUCKLES[1:]:
         start = world(np.array([0.018, 0.45 * knuckle[1], 0.0]) * mirror)
@@ -220,12 +219,18 @@ def _face(head: Shape) -> list[Part]:
     for side in SIDES:
         eye = _on_face(head, side * 0.032, EYE_M)
         add("white", ellipsoid(eye - (0.004, 0, 0), (0.0085, 0.0165, 0.0140)), eye[None], 0.005)
-        add("iris", ellipsoid(eye + (0.0015, 0, 0), (0.0056, 0.0092, 0.0105)), eye[None], 0.0035)
-        glint = eye + (0.0063, 0.0028, 0.0038)
+        add("iris", ellipsoid(eye - (-0.0015, 0, 0), (0.0056, 0.0092, 0.0105)), eye[None], 0.0035)
+        glint = eye - (-0.0063, -0.0028, -0.0038)
         add("white", ellipsoid(glint, (0.0018, 0.0025, 0.0025)), glint[None], 0.0016)
         brow = [(0.017, 0.0270), (0.032, 0.0315), (0.047, 0.0265)]
         add(*_stroke(head, [(side * y, z) for y, z in brow], dye="brows", radius_m=0.0042))
-    smile = [(-0.030, -0.0600), (-0.020, -0.0675), (0.0, -0.0705), (0.020, -0.0675), (0.030, -0.0600)]
+    smile = [
+        (-0.030, -0.0600),
+        (-0.020, -0.0675),
+        (0.0, -0.0705),
+        (0.020, -0.0675),
+        (0.030, -0.0600),
+    ]
     add(*_stroke(head, smile, dye="lips", radius_m=0.0040))
     return found
 
@@ -233,10 +238,9 @@ def _face(head: Shape) -> list[Part]:
 def _stroke(
     head: Shape, path: list[tuple[float, float]], *, dye: str, radius_m: float
 ) -> tuple[str, Shape, Array, float]:
-    points = np.array([_on_face(head, y, EYE_M + z) for y, z in path]) + (0.001, 0.0, 0.0)
-    pieces = [
-        cone(a, b, radii=(radius_m, radius_m)) for a, b in zip(points, points[1:], strict=False)
-    ]
+    points = np.array([_on_face(head, y, EYE_M + z) for y, z in path])
+    points[:, 0] += 0.001
+    pieces = [cone(a, b, radii=(radius_m, radius_m)) for a, b in pairwise(points)]
     return dye, union(*pieces, blend_m=radius_m), points, radius_m
 
 

@@ -1,12 +1,14 @@
 """Bodies solved from random heads and hands: bones, joints, solids, feet, smoothness."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
 from scenes.bodies.arms import MAX_REACH_M, MIN_REACH_M, cone_angles, cone_limit, twist_of
 from scenes.bodies.bones import rest_skeleton
 from scenes.bodies.goals import unknown
-from scenes.bodies.hands import FINGERS, RELAXED, fingers
+from scenes.bodies.hands import FINGERS, RELAXED, fingers, rest_palm
 from scenes.bodies.skeleton import (
     ELBOW,
     HUMERAL_TWIST,
@@ -22,14 +24,16 @@ from scenes.bodies.vectors import across, cross, dot, length, turned, unit, yaw_
 
 COUNT = 10_000
 SLACK_RAD = 1e-6
-CHILDREN = [
-    (Bone.SPINE, Bone.CHEST), (Bone.CHEST, Bone.NECK), (Bone.NECK, Bone.HEAD),
-    *((arm_rows(a)[k], arm_rows(b)[k]) for k in (0, 1) for a, b in (
-        (Bone.CLAVICLE, Bone.UPPER_ARM), (Bone.UPPER_ARM, Bone.FOREARM), (Bone.FOREARM, Bone.HAND))),
-    *((leg_rows(a)[k], leg_rows(b)[k]) for k in (0, 1) for a, b in (
-        (Bone.THIGH, Bone.SHIN), (Bone.SHIN, Bone.FOOT))),
-    *((row, row + 1) for first in range(Bone.FINGERS, Bone.FINGERS + 30, 3) for row in (first, first + 1)),
-]  # fmt: skip
+ARM = (Bone.CLAVICLE, Bone.UPPER_ARM, Bone.FOREARM, Bone.HAND)
+LEG = (Bone.THIGH, Bone.SHIN, Bone.FOOT)
+TRUNK = (Bone.SPINE, Bone.CHEST, Bone.NECK, Bone.HEAD)
+CHAINS = [
+    TRUNK,
+    *([arm_rows(bone)[side] for bone in ARM] for side in (0, 1)),
+    *([leg_rows(bone)[side] for bone in LEG] for side in (0, 1)),
+    *([first, first + 1, first + 2] for first in range(Bone.FINGERS, Bone.FINGERS + 30, 3)),
+]
+CHILDREN = [pair for chain in CHAINS for pair in pairwise(chain)]
 
 
 def random_goals(rng, count=COUNT):
@@ -101,9 +105,10 @@ def test_upper_arms_stay_in_their_reach(solved):
         )
         angle, around = cone_angles(upper)
         assert (angle - cone_limit(around)).max() < 1e-4
-        straight = bends(
-            skeleton, *(arm_rows(b)[side] for b in (Bone.UPPER_ARM, Bone.FOREARM, Bone.HAND))
-        ) < 0.02
+        straight = (
+            bends(skeleton, *(arm_rows(b)[side] for b in (Bone.UPPER_ARM, Bone.FOREARM, Bone.HAND)))
+            < 0.02
+        )
         assert HUMERAL_TWIST.excess(twist_of(upper, fore))[~straight].max() < 1e-4
 
 
@@ -136,7 +141,9 @@ def boxes(rng, count=6):
     # Nobody stands in them: a body is 0.3 m wide.
     away = rng.uniform(-np.pi, np.pi, count)
     far = np.hypot(halves[:, 0], halves[:, 1]) + rng.uniform(0.25, 0.5, count)
-    centres = np.stack([far * np.cos(away), far * np.sin(away), rng.uniform(0.3, 1.5, count)], axis=1)
+    centres = np.stack(
+        [far * np.cos(away), far * np.sin(away), rng.uniform(0.3, 1.5, count)], axis=1
+    )
     return Solids(centres, yaw_rotation(yaw), halves)
 
 
@@ -170,8 +177,6 @@ def hand_points(skeleton):
     turn = skeleton.rotations[:, Bone.FINGERS :].reshape(len(scales), 2, 5, 3, 3, 3)[..., 2, :, :]
     places, _ = fingers(np.zeros((2, FINGERS, 4)))
     step = places[..., 3, :] - places[..., 2, :]
-    from scenes.bodies.hands import rest_palm
-
     rest = np.einsum("mij,mfj->mfi", rest_palm(), step)
     tips = last + np.einsum("nmfij,mfj->nmfi", turn, rest) * scales[:, None, None, None]
     return np.concatenate([wrists, joints, tips.reshape(len(scales), -1, 3)], axis=1)

@@ -34,8 +34,8 @@ ROUND = 28
 
 
 CLEAR_M, OPAQUE_M, CLEAREST = 0.6, 0.9, 0.3
-"""Distance up to which a person is as transparent as this before the viewer, and from which they are
-opaque, metres: an arm's length."""
+"""Distance up to which a person is as transparent as this before the viewer, and from which they
+are opaque, metres: an arm's length."""
 
 NO_OPENGL = (
     "no OpenGL here: people, notes, bodies and meshes are drawn as outlines; install libegl1 and "
