@@ -55,6 +55,8 @@ OUT_OF_LIMITS, OUT_OF_WRIST, IN_BODY, NEAR_BODY_M = 12.0, 0.8, 25.0, 0.21
 and the body's half width at the elbow, metres. Natural is 0 to 2. Chosen by eye."""
 
 _TABLE_RAD = np.radians(SHOULDER_CONE_DEG)
+"""The same table in radians."""
+
 _AROUND = np.array([[math.sqrt(0.5), -math.sqrt(0.5), 0.0], [0.0, 0.0, 1.0]])
 """(2, 3) directions across the chest and up, perpendicular to the axis of what an arm reaches."""
 
@@ -107,6 +109,7 @@ def in_left_axes(vectors: Array) -> Array:
 
 
 _MIRROR = np.stack([np.ones((1, 3)), np.array([[1.0, -1.0, 1.0]])])
+"""(2, 1, 3) factors that make vectors of the right side those of the left."""
 
 
 def cone_angles(upper: Array) -> tuple[Array, Array]:
@@ -140,14 +143,14 @@ def _swung(upper: Array) -> Array:
     angle = np.arctan2(sine, dot(axis, upper))
     straight = sine < 1e-6
     way = np.where(straight[..., None], (0.0, 0.0, 1.0), turn / np.maximum(sine, 1e-6)[..., None])
-    return about(way, angle, np.broadcast_to(_AROUND[0], upper.shape))
+    return about(way, angle, vector=np.broadcast_to(_AROUND[0], upper.shape))
 
 
 def arms_of(
     shoulders: Array,
     wrists: Array,
-    palms: Array,
     *,
+    palms: Array,
     chests: Array,
     previous: Array,
     max_turn: float,
@@ -165,44 +168,77 @@ def arms_of(
         solid_depth: takes points (N, K, 3) and returns (N, K) how deep in solids, or None.
     """
     chest = chests[:, None]
-    towards = back(chest, wrists - shoulders) * _MIRROR[:, 0]
+    circle = _circle(back(chest, wrists - shoulders) * _MIRROR[:, 0])
+    local_palms = (np.swapaxes(chest, -1, -2) @ palms) * _MIRROR[:, 0, :, None]
+    grid: Array = np.broadcast_to(_GRID, (*circle.reach.shape, SWIVELS))
+    upper, fore = circle.place(grid)
+    score = 1.0 - np.cos(grid) + _strain(upper, fore, palms=local_palms)
+    score = score + IN_BODY * np.maximum(_body_depth(upper), 0.0)
+    if solid_depth is not None:
+        lever = turned(chests[:, None, None], in_left_axes(upper))
+        at = shoulders[:, :, None] + UPPER_ARM_M * lever
+        depth = solid_depth(at.reshape(len(at), -1, 3)).reshape(score.shape)
+        score = score + IN_BODY * depth
+    swivel = _lowest(score)
+    step = np.clip((swivel - previous + np.pi) % (2 * np.pi) - np.pi, -max_turn, max_turn)
+    swivel = np.where(np.isfinite(previous), previous + step, swivel)
+    upper, fore = circle.place(swivel[..., None])
+    return _within_limits(
+        upper[:, :, 0],
+        fore[:, :, 0],
+        palms=local_palms,
+        chest=chest,
+        shoulders=shoulders,
+        swivels=swivel,
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Circle:
+    """Places of elbows (N, 2) around lines from shoulders to wrists, left arms' axes.
+
+    Attributes:
+        axis: (N, 2, 3) from shoulder to wrist.
+        reach: (N, 2) how far, metres.
+        along: (N, 2) from the shoulder to the circle's middle, metres.
+        out: (N, 2) radius of the circle, metres.
+        first: (N, 2, 3) direction of swivel 0.
+        second: (N, 2, 3) direction of a right angle.
+    """
+
+    axis: Array
+    reach: Array
+    along: Array
+    out: Array
+    first: Array
+    second: Array
+
+    def place(self, angle: Array) -> tuple[Array, Array]:
+        """Return unit vectors of upper arms and forearms (N, 2, K, 3) for swivels (N, 2, K)."""
+        c, s = np.cos(angle)[..., None], np.sin(angle)[..., None]
+        lever = c * self.first[:, :, None] + s * self.second[:, :, None]
+        middle = self.along[..., None] * self.axis
+        elbow = middle[:, :, None] + self.out[..., None, None] * lever
+        wrist = (self.reach[..., None] * self.axis)[:, :, None]
+        return elbow / UPPER_ARM_M, (wrist - elbow) / FOREARM_M
+
+
+def _circle(towards: Array) -> _Circle:
+    """Return where elbows can be for vectors from shoulders to wrists (N, 2, 3), metres."""
     distance = length(towards)
-    axis = np.where(distance[..., None] > 1e-6, unit(towards), _OUT)
+    axis = np.where(distance[..., None] > 1e-6, unit(towards), unit(_OUT))
     reach = np.clip(distance, MIN_REACH_M, MAX_REACH_M)
     along = (UPPER_ARM_M**2 - FOREARM_M**2 + reach**2) / (2.0 * reach)
     out = np.sqrt(np.maximum(UPPER_ARM_M**2 - along**2, 0.0))
     first = across(_pole(axis, reach), axis)
-    second = cross(axis, first)
-    local_palms = (np.swapaxes(chest, -1, -2) @ palms) * _MIRROR[:, 0, :, None]
-
-    def place(angle: Array) -> tuple[Array, Array]:
-        """Return unit vectors of upper arms and forearms (N, 2, K, 3) for swivels (N, 2, K)."""
-        c, s = np.cos(angle)[..., None], np.sin(angle)[..., None]
-        lever = c * first[:, :, None] + s * second[:, :, None]
-        elbow = along[..., None, None] * axis[:, :, None] + out[..., None, None] * lever
-        wrist = (reach[..., None] * axis)[:, :, None]
-        return elbow / UPPER_ARM_M, (wrist - elbow) / FOREARM_M
-
-    grid: Array = np.broadcast_to(_GRID, (*distance.shape, SWIVELS))
-    upper, fore = place(grid)
-    score = 1.0 - np.cos(grid) + _strain(upper, fore, palms=local_palms)
-    score = score + IN_BODY * np.maximum(_body_depth(upper), 0.0)
-    if solid_depth is not None:
-        at = (
-            shoulders[:, :, None] + turned(chests[:, None, None], in_left_axes(upper)) * UPPER_ARM_M
-        )
-        depth = solid_depth(at.reshape(len(at), -1, 3)).reshape(score.shape)
-        score = score + IN_BODY * depth
-    swivel = _lowest(score)
-    known = np.isfinite(previous)
-    step = np.clip((swivel - previous + np.pi) % (2 * np.pi) - np.pi, -max_turn, max_turn)
-    swivel = np.where(known, previous + step, swivel)
-    upper, fore = place(swivel[..., None])
-    return _within_limits(upper[:, :, 0], fore[:, :, 0], local_palms, chest, shoulders, swivel)
+    return _Circle(axis, reach, along, out, first, cross(axis, first))
 
 
 _OUT = np.array([0.5, 0.5, -0.7])
-_GRID: Array = np.arange(SWIVELS) * (2.0 * np.pi / SWIVELS)
+"""(3,) where a hand is put that is in the shoulder, in the chest axes of a left arm."""
+
+_GRID: Array = np.linspace(0.0, 2.0 * np.pi, SWIVELS, endpoint=False)
+"""(SWIVELS,) places of an elbow that are scored, radians."""
 
 
 def _pole(axis: Array, reach: Array) -> Array:
@@ -227,7 +263,7 @@ def _strain(upper: Array, fore: Array, *, palms: Array) -> Array:
     if np.isnan(palms).all():
         return found
     hinge = unit(cross(upper, fore))
-    pronation, bend, deviation = _wrist_angles(fore, hinge, palms[:, :, None])
+    pronation, bend, deviation = _wrist_angles(fore, hinge, palms=palms[:, :, None])
     strain = 0.7 * PRONATION.excess(pronation) + WRIST_FLEXION.excess(bend)
     strain += WRIST_DEVIATION.excess(deviation) + 0.05 * np.abs(pronation)
     return found + OUT_OF_WRIST * np.where(np.isnan(strain), 0.0, strain)
@@ -251,7 +287,7 @@ def _lowest(score: Array) -> Array:
 
 
 def _within_limits(
-    upper: Array, fore: Array, palms: Array, chest: Array, shoulders: Array, swivels: Array
+    upper: Array, fore: Array, *, palms: Array, chest: Array, shoulders: Array, swivels: Array
 ) -> Arms:
     """Return arms of which every joint is within its limits; no wrist is where it cannot be."""
     angle, around = cone_angles(upper)
@@ -261,16 +297,16 @@ def _within_limits(
     upper = np.where((angle > limit)[..., None], cosine * SHOULDER_AXIS + sine * ring, unit(upper))
     bend = ELBOW.clip(np.arctan2(length(cross(upper, fore)), dot(upper, fore)))
     twist = HUMERAL_TWIST.clip(twist_of(upper, fore))
-    lever = about(upper, twist, _swung(upper))
+    lever = about(upper, twist, vector=_swung(upper))
     fore = np.cos(bend)[..., None] * upper + np.sin(bend)[..., None] * lever
     hinge = cross(upper, lever)
-    pronation, flexion, deviation = _wrist_angles(fore, hinge, palms)
+    pronation, flexion, deviation = _wrist_angles(fore, hinge, palms=palms)
     free = ~np.isfinite(pronation + flexion + deviation)
     relaxed = np.radians(25.0) + np.radians(40.0) * np.clip(fore[..., 2] + 0.75, 0.0, 1.0)
     pronation = PRONATION.clip(np.where(free, relaxed, pronation))
     flexion = WRIST_FLEXION.clip(np.where(free, 0.06, flexion))
     deviation = WRIST_DEVIATION.clip(np.where(free, 0.0, deviation))
-    palm = _palm(fore, hinge, pronation, flexion, deviation)
+    palm = _palm(fore, hinge, pronation=pronation, flexion=flexion, deviation=deviation)
     world = np.broadcast_to(chest, (*upper.shape[:-1], 3, 3))
 
     def out(vector: Array) -> Array:
@@ -290,19 +326,21 @@ def _within_limits(
     )
 
 
-def _palm(fore: Array, hinge: Array, pronation: Array, flexion: Array, deviation: Array) -> Array:
+def _palm(
+    fore: Array, hinge: Array, *, pronation: Array, flexion: Array, deviation: Array
+) -> Array:
     """Return palms (..., 3, 3) of a left arm; the inverse of `_wrist_angles`."""
     neutral = -hinge
-    dorsal = about(fore, pronation, neutral)
+    dorsal = about(fore, pronation, vector=neutral)
     side = cross(dorsal, fore)
     # y of a left palm points to the little finger.
-    ahead = about(dorsal, deviation, fore)
-    side = about(dorsal, deviation, side)
-    ahead, dorsal = about(side, flexion, ahead), about(side, flexion, dorsal)
+    ahead = about(dorsal, deviation, vector=fore)
+    side = about(dorsal, deviation, vector=side)
+    ahead, dorsal = about(side, flexion, vector=ahead), about(side, flexion, vector=dorsal)
     return packed(ahead, side, dorsal)
 
 
-def _wrist_angles(fore: Array, hinge: Array, palms: Array) -> tuple[Array, Array, Array]:
+def _wrist_angles(fore: Array, hinge: Array, *, palms: Array) -> tuple[Array, Array, Array]:
     """Return pronation, flexion and deviation of hands of left arms, radians.
 
     Args:
@@ -320,6 +358,6 @@ def _wrist_angles(fore: Array, hinge: Array, palms: Array) -> tuple[Array, Array
     pronation = np.arctan2(
         dot(cross(neutral, back_of_forearm), fore), dot(neutral, back_of_forearm)
     )
-    straight = about(back_of_forearm, deviation, fore)
+    straight = about(back_of_forearm, deviation, vector=fore)
     flexion = np.arctan2(dot(cross(straight, ahead), side), dot(straight, ahead))
     return pronation, flexion, deviation

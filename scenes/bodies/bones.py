@@ -28,7 +28,10 @@ TOES_DOWN_PER_M, MAX_TOES_DOWN_RAD = 5.0, 0.9
 leaves the floor before the toes do."""
 
 DOWN = np.array([0.0, 0.0, -1.0])
+"""(3,) along a leg at rest."""
+
 AHEAD = np.array([1.0, 0.0, 0.0])
+"""(3,) ahead of a person at rest."""
 
 
 @cache
@@ -75,8 +78,8 @@ def laid_out(
         (Bone.HEAD, torso.head, torso.world_from_head),
     ):
         origins[:, bone], rotations[:, bone] = place, turn
-    _lay_arms(origins, rotations, arms, clavicles)
-    _lay_legs(origins, rotations, legs)
+    _lay_arms(origins, rotations, arms=arms, clavicles=clavicles)
+    _lay_legs(origins, rotations, legs=legs)
     places, turns = fingers(angles)
     palms = arms.palms[:, :, None, None]
     at = arms.wrists[:, :, None, None] + turned(palms, places[..., :3, :])
@@ -95,14 +98,14 @@ def hand_points(arms: Arms, angles: Array) -> Array:
 
 
 def _lay_arms(
-    origins: Array, rotations: Array, arms: Arms, clavicles: tuple[Array, Array, Array]
+    origins: Array, rotations: Array, *, arms: Arms, clavicles: tuple[Array, Array, Array]
 ) -> None:
     root, shoulders, turn = clavicles
     along, hinge, _ = rest_arm()
     rest = np.swapaxes(frame(along, hinge), -1, -2)
     upper, fore = unit(arms.elbows - shoulders), unit(arms.wrists - arms.elbows)
     # A forearm's skin turns half as far as the hand.
-    half = about(fore, 0.5 * arms.pronation * SIDES, arms.hinges)
+    half = about(fore, 0.5 * arms.pronation * SIDES, vector=arms.hinges)
     for bone, place, rotation in (
         (Bone.CLAVICLE, root, turn),
         (Bone.UPPER_ARM, shoulders, frame(upper, arms.hinges) @ rest),
@@ -113,12 +116,14 @@ def _lay_arms(
         origins[:, rows], rotations[:, rows] = place, rotation
 
 
-def _lay_legs(origins: Array, rotations: Array, legs: tuple[Array, Array, Array, Array]) -> None:
+def _lay_legs(origins: Array, rotations: Array, *, legs: tuple[Array, Array, Array, Array]) -> None:
     hips, knees, ankles, yaw = legs
     rest = frame(DOWN, AHEAD).T
     ahead = packed(np.cos(yaw), np.sin(yaw), np.zeros_like(yaw))
     lifted = np.clip((ankles[..., 2] - ANKLE_M) * TOES_DOWN_PER_M, 0.0, MAX_TOES_DOWN_RAD)
-    foot = rotation_of(yaw.ravel(), lifted.ravel(), np.zeros(yaw.size)).reshape(*yaw.shape, 3, 3)
+    foot = rotation_of(yaw.ravel(), lifted.ravel(), roll=np.zeros(yaw.size)).reshape(
+        *yaw.shape, 3, 3
+    )
     for bone, place, rotation in (
         (Bone.THIGH, hips, frame(unit(knees - hips), ahead + 1e-3 * DOWN) @ rest),
         (Bone.SHIN, knees, frame(unit(ankles - knees), ahead + 1e-3 * DOWN) @ rest),

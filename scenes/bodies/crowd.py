@@ -71,12 +71,12 @@ class Crowd:
         """
         if t_ns == self._t_ns and _are_same(avatars, self._avatars):
             return self._figures
-        self._figures = self._made(avatars, t_ns, solids) if avatars else {}
+        self._figures = self._made(avatars, t_ns, solids=solids) if avatars else {}
         self._avatars, self._t_ns = dict(avatars), t_ns
         return self._figures
 
     def _made(
-        self, avatars: Mapping[str, Avatar], t_ns: int, solids: Solids | None
+        self, avatars: Mapping[str, Avatar], t_ns: int, *, solids: Solids | None
     ) -> dict[str, PosedPerson]:
         goals = goals_of(list(avatars.values()))
         since_s = (t_ns - self._t_ns) * 1e-9
@@ -84,19 +84,19 @@ class Crowd:
         if before is not None and list(avatars) != list(self._avatars):
             places = {key: row for row, key in enumerate(self._avatars)}
             rows = np.array([places.get(key, -1) for key in avatars])
-            before = _rows(before, fresh_bodies(goals), rows)
+            before = _rows(before, fresh_bodies(goals), rows=rows)
         self._bodies, skeleton = solve_bodies(before, goals, dt_s=since_s, solids=solids)
         self._keep_colours(avatars)
         return {
-            key: self._person(skeleton, row, self._colours[key, item.role])
+            key: self._person(skeleton, row, colours=self._colours[key, item.role])
             for row, (key, item) in enumerate(avatars.items())
         }
 
-    def _person(self, skeleton: Skeleton, row: int, colours: NDArray[np.uint8]) -> PosedPerson:
+    def _person(self, skeleton: Skeleton, row: int, *, colours: NDArray[np.uint8]) -> PosedPerson:
         figure = rest_figure()
         if self._arm_faces is None:
             self._arm_faces = figure.faces[figure.is_arm]
-        vertices, normals = posed(figure, skeleton, row)
+        vertices, normals = posed(figure, skeleton, row=row)
         return PosedPerson(vertices, normals, figure.faces, self._arm_faces, colours)
 
     def _keep_colours(self, avatars: Mapping[str, Avatar]) -> None:
@@ -118,11 +118,11 @@ def _are_same(first: Mapping[str, Avatar], second: Mapping[str, Avatar]) -> bool
     return len(first) == len(second) and all(second.get(key) is item for key, item in first.items())
 
 
-def _rows(before: T, fresh: T, rows: NDArray[np.int64]) -> T:
+def _rows(before: T, fresh: T, *, rows: NDArray[np.int64]) -> T:
     """Return rows of a state, by their numbers; -1 takes the row of the fresh one."""
     if is_dataclass(before):
         parts: dict[str, Any] = {
-            item.name: _rows(getattr(before, item.name), getattr(fresh, item.name), rows)
+            item.name: _rows(getattr(before, item.name), getattr(fresh, item.name), rows=rows)
             for item in fields(before)
         }
         return type(before)(**parts)

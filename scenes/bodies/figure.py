@@ -54,6 +54,9 @@ TROUSERS: tuple[Colour, ...] = ((0.20, 0.24, 0.33), (0.30, 0.28, 0.27), (0.24, 0
 HUES = 7
 """Tints of a role's colour that people get by their names."""
 
+HUE_ORDER = 3
+"""Steps between the tints of two people who are numbered one after the other: far apart."""
+
 HUE_STEP, SHADE_STEP = 0.045, 0.10
 """Between two of these tints, of the colour circle's whole turn; and of lightness."""
 
@@ -88,7 +91,7 @@ def rest_figure() -> Figure:
     faces, dyes = list[NDArray[np.int32]](), list[NDArray[np.int64]]()
     count = 0
     for part in made:
-        places, triangles, out = surface(part.shape, part.low, part.high, step_m=part.step_m)
+        places, triangles, out = surface(part.shape, part.low, high=part.high, step_m=part.step_m)
         vertices.append(places)
         normals.append(out)
         weights.append(_weights(part, places))
@@ -103,11 +106,13 @@ def rest_figure() -> Figure:
         np.concatenate(dyes),
         names,
         of_arm[face].all(axis=1),
-        *_skins(np.concatenate(vertices), np.concatenate(normals), weight),
+        *_skins(np.concatenate(vertices), np.concatenate(normals), weights=weight),
     )
 
 
-def posed(figure: Figure, skeleton: Skeleton, row: int = 0) -> tuple[NDArray[np.float32], ...]:
+def posed(
+    figure: Figure, skeleton: Skeleton, *, row: int = 0
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Return vertices and normals (V, 3) float32 of one person, world metres.
 
     Args:
@@ -118,8 +123,10 @@ def posed(figure: Figure, skeleton: Skeleton, row: int = 0) -> tuple[NDArray[np.
     rotations = np.swapaxes(skeleton.rotations[row], -1, -2)
     sized = skeleton.scales[row] * rotations
     matrix = np.concatenate([sized, skeleton.origins[row][:, None]], axis=1).reshape(-1, 3)
-    places: Any = figure.skin @ matrix.astype(np.float32)
-    normals: Any = figure.skin_normals @ rotations.reshape(-1, 3).astype(np.float32)
+    skin: Any = figure.skin
+    places = skin @ matrix.astype(np.float32)
+    skin_normals: Any = figure.skin_normals
+    normals = skin_normals @ rotations.reshape(-1, 3).astype(np.float32)
     return places, normals
 
 
@@ -131,14 +138,14 @@ def colours_of(figure: Figure, *, name: str, top: Colour) -> NDArray[np.uint8]:
         name: the same one has the same colours every time.
         top: colour of the jumper.
     """
-    seed = zlib.crc32(name.encode())
+    seed = _number_of(name)
     skin = SKINS[seed % len(SKINS)]
-    hair = HAIRS[seed // 7 % len(HAIRS)]
+    hair = HAIRS[(seed + 1) * 3 % len(HAIRS)]
     dye = {
         "top": top,
         "skin": skin,
         "hair": hair,
-        "trousers": TROUSERS[seed // 41 % len(TROUSERS)],
+        "trousers": TROUSERS[seed % len(TROUSERS)],
         "shoes": (0.90, 0.90, 0.88),
         "white": (0.97, 0.97, 0.96),
         "iris": (0.16, 0.12, 0.10),
@@ -151,10 +158,16 @@ def colours_of(figure: Figure, *, name: str, top: Colour) -> NDArray[np.uint8]:
 
 def tint(colour: Colour, name: str) -> Colour:
     """Return a colour near another one that is a person's own: two people differ, a role stays."""
-    step = zlib.crc32(name.encode()) // 3 % HUES - HUES // 2
+    step = _number_of(name) * HUE_ORDER % HUES - HUES // 2
     hue, light, strong = colorsys.rgb_to_hls(*colour)
     light += SHADE_STEP * (1 if step % 2 else -1) * (step != 0)
     return colorsys.hls_to_rgb((hue + HUE_STEP * step) % 1.0, min(light, 0.62), 0.65 * strong)
+
+
+def _number_of(name: str) -> int:
+    """Return a number that is the name's own; names that are numbered differ by one."""
+    base = name.rstrip("0123456789")
+    return zlib.crc32(base.encode()) % 10_000 + int(name[len(base) :][-6:] or 0)
 
 
 def _weights(part: Part, places: Array) -> Array:
@@ -211,10 +224,11 @@ def _segment(bone: int) -> tuple[Array, Array, float]:
     return at[bone], at[bone + 1], THICKNESS_M[kind]
 
 
-def _skins(places: Array, normals: Array, weights: Array) -> tuple[csr_matrix, csr_matrix]:
+def _skins(places: Array, normals: Array, *, weights: Array) -> tuple[csr_matrix, csr_matrix]:
     """Return what `Figure` says of `skin` and `skin_normals`."""
     local = places[:, None] - rest_skeleton().origins[0]
-    wide = np.concatenate([local, np.ones((*local.shape[:2], 1))], axis=2) * weights[..., None]
+    ones = np.ones((len(places), BONES, 1))
+    wide = np.concatenate([local, ones], axis=2) * weights[..., None]
     turned = normals[:, None] * weights[..., None]
     flat = (each.reshape(len(places), -1).astype(np.float32) for each in (wide, turned))
     first, second = (csr_matrix(each) for each in flat)

@@ -70,8 +70,8 @@ def goals_of(avatars: Sequence[Avatar]) -> Goals:
         found.heads[row] = head.rotation @ CAMERA_FROM_AHEAD.rotation
         known = [np.atleast_2d(hand) for hand in avatar.hands[:2] if np.size(hand)]
         for k, hand in enumerate(known):
-            side = k if len(known) == 2 else _side_of(hand, found.heads[row], found.eyes[row])
-            _add_hand(found, row, side, hand=hand)
+            side = k if len(known) == 2 else _side_of(hand, found.heads[row], eyes=found.eyes[row])
+            _add_hand(found, row, side=side, hand=hand)
         if avatar.ray is not None:
             if not known:
                 found.aims[row] = avatar.ray[1]
@@ -85,11 +85,11 @@ def _distances(wrists: Array, point: Array) -> Array:
     return np.where(np.isnan(wrists[:, 0]), np.inf, length(wrists - point))
 
 
-def _side_of(hand: Array, head: Array, eyes: Array) -> int:
+def _side_of(hand: Array, head: Array, *, eyes: Array) -> int:
     return int(((hand.mean(axis=0) - eyes) @ head)[1] < 0.0)
 
 
-def _add_hand(goals: Goals, row: int, side: int, *, hand: Array) -> None:
+def _add_hand(goals: Goals, row: int, *, side: int, hand: Array) -> None:
     if len(hand) != JOINTS:
         goals.wrists[row, side] = hand.mean(axis=0)
         goals.grips_m[row, side] = GRIP_M

@@ -70,6 +70,7 @@ def _bases() -> Array:
 
 
 _BASES = _bases()
+"""(5, 3, 3) those axes, made once."""
 
 
 def finger_angles(joints: Array) -> tuple[Array, Array]:

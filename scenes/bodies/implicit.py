@@ -53,8 +53,8 @@ def turned_profile(rings: Sequence[tuple[float, float, float, float]]) -> Shape:
         rings: height z, half width along x, along y, shift along x; metres, from below.
     """
     table = np.asarray(rings, np.float64)
-    fine: Array = np.linspace(table[0, 0], table[-1, 0], 160)
-    curves = [_eased(table[:, 0], table[:, k], fine) for k in (1, 2, 3)]
+    fine = np.linspace(float(table[0, 0]), float(table[-1, 0]), 160)
+    curves = [_eased(table[:, 0], table[:, k], where=fine) for k in (1, 2, 3)]
 
     def distance(points: Array) -> Array:
         z = points[..., 2]
@@ -100,7 +100,7 @@ def half_space(normal: ArrayLike, offset_m: float) -> Shape:
 
 
 def surface(
-    shape: Shape, low: ArrayLike, high: ArrayLike, *, step_m: float
+    shape: Shape, low: ArrayLike, *, high: ArrayLike, step_m: float
 ) -> tuple[Array, NDArray[np.int32], Array]:
     """Return vertices (V, 3), triangles (F, 3) and outward normals (V, 3) of a shape.
 
@@ -112,12 +112,12 @@ def surface(
     """
     first = np.asarray(low, np.float64) - 1.5 * step_m
     counts = np.ceil((np.asarray(high, np.float64) + 1.5 * step_m - first) / step_m).astype(int) + 1
-    cells: Array = np.indices(counts.tolist(), dtype=np.float64)
-    grid = first + step_m * np.moveaxis(cells, 0, -1)
+    cells = np.argwhere(np.ones(counts, np.bool_)).reshape(*counts, 3)
+    grid = first + step_m * cells
     values = shape(grid)
     numbers, places = _crossed_cells(values)
     vertices = first + step_m * places
-    vertices, normals = _onto(shape, vertices, step_m)
+    vertices, normals = _onto(shape, vertices, step_m=step_m)
     faces = _faces(values < 0.0, numbers)
     # Cells are joined by the side that is inside; a face seen from inside is turned round.
     a, b, c = (vertices[faces[:, k]] for k in range(3))
@@ -126,7 +126,7 @@ def surface(
     return vertices, faces.astype(np.int32), normals
 
 
-def _eased(at: Array, values: Array, where: Array) -> Array:
+def _eased(at: Array, values: Array, *, where: Array) -> Array:
     """Return a smooth curve through values that does not overshoot (monotone cubic)."""
     slopes = np.diff(values) / np.diff(at)
     inner = np.where(
@@ -147,7 +147,10 @@ def _eased(at: Array, values: Array, where: Array) -> Array:
 
 
 _CORNERS = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
+"""(8, 3) corners of a cell."""
+
 _EDGES = [(a, b) for a in range(8) for b in range(8) if a < b and bin(a ^ b).count("1") == 1]
+"""Pairs of corners with an edge between them."""
 
 
 def _crossed_cells(values: Array) -> tuple[NDArray[np.int64], Array]:
@@ -184,18 +187,18 @@ def _faces(inside: NDArray[np.bool_], cells: NDArray[np.int64]) -> NDArray[np.in
     return np.concatenate(found)
 
 
-def _onto(shape: Shape, vertices: Array, step_m: float) -> tuple[Array, Array]:
+def _onto(shape: Shape, vertices: Array, *, step_m: float) -> tuple[Array, Array]:
     """Return vertices moved onto the surface, at most half a cell, and the normals there."""
-    slope = _slope(shape, vertices, step_m)
+    slope = _slope(shape, vertices, step_m=step_m)
     for _ in range(2):
         size = np.maximum(length(slope), 0.2)[:, None]
         move = np.clip(shape(vertices), -0.5 * step_m, 0.5 * step_m)[:, None]
         vertices = vertices - move * slope / size**2
-        slope = _slope(shape, vertices, step_m)
+        slope = _slope(shape, vertices, step_m=step_m)
     return vertices, slope / np.maximum(length(slope), 1e-9)[:, None]
 
 
-def _slope(shape: Shape, points: Array, step_m: float) -> Array:
+def _slope(shape: Shape, points: Array, *, step_m: float) -> Array:
     """Return (V, 3) how fast the distance grows in points along the axes."""
     tiny = 0.1 * step_m
     sides = [shape(points + tiny * axis) - shape(points - tiny * axis) for axis in np.eye(3)]

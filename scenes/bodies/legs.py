@@ -147,7 +147,7 @@ def legs_of(torso: Torso, feet: Feet) -> tuple[Array, Array, Array, Array]:
     left = packed(-np.sin(yaw), np.cos(yaw), np.zeros_like(yaw))
     pole = ahead + 0.08 * SIDES[:, None] * left
     knees, ankles = bent(
-        hips, ankles, pole, lengths_m=(THIGH_M, SHIN_M), limits_m=(MIN_LEG_M, LEG_M)
+        hips, ankles, poles=pole, lengths_m=(THIGH_M, SHIN_M), limits_m=(MIN_LEG_M, LEG_M)
     )
     return hips, knees, ankles, yaw
 
@@ -155,8 +155,8 @@ def legs_of(torso: Torso, feet: Feet) -> tuple[Array, Array, Array, Array]:
 def bent(
     roots: Array,
     ends: Array,
-    poles: Array,
     *,
+    poles: Array,
     lengths_m: tuple[float, float],
     limits_m: tuple[float, float],
 ) -> tuple[Array, Array]:

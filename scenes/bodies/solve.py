@@ -106,10 +106,10 @@ def solve_bodies(
     """
     if state is None or not 0.0 <= dt_s <= MAX_GAP_S:
         state, dt_s = fresh_bodies(goals), 0.0
-    state = replace(state, eyes_m=_eye_heights(state.eyes_m, goals.eyes[:, 2], dt_s))
+    state = replace(state, eyes_m=_eye_heights(state.eyes_m, goals.eyes[:, 2], dt_s=dt_s))
     scales = state.eyes_m / EYE_M
     eyes = goals.eyes / scales[:, None]
-    facing = _facing(state.facing, goals, dt_s)
+    facing = _facing(state.facing, goals, dt_s=dt_s)
     torso = torso_of(eyes, goals.heads, facing=facing, feet=state.feet.at()[..., :2].mean(axis=1))
     middle = middle_below(torso, facing)
     velocity = state.velocities
@@ -118,14 +118,21 @@ def solve_bodies(
         velocity = velocity + share * ((middle - state.middles) / dt_s - velocity)
     feet = stepped(state.feet, middle, facing=facing, velocity=velocity, dt_s=dt_s)
     state = replace(state, facing=facing, feet=feet, middles=middle, velocities=velocity)
-    state, wrists, angles = _hand_goals(state, goals, torso, scales=scales, dt_s=dt_s)
+    state, wrists, angles = _hand_goals(state, goals, torso=torso, scales=scales, dt_s=dt_s)
     clavicles = shoulders_of(torso, wrists)
+    solids = solids if solids is not None and len(solids.centres) else None
     reach = _Reach(
-        goals.palms, torso.world_from_chest, clavicles[1], state.swivels, SWIVEL_RAD_S * dt_s
+        goals.palms,
+        torso.world_from_chest,
+        clavicles[1],
+        state.swivels,
+        scales,
+        SWIVEL_RAD_S * dt_s,
+        solids,
     )
     arms = reach.arms(wrists)
-    if solids is not None and len(solids.centres):
-        arms = _out_of_solids(reach, arms, angles, solids=solids, scales=scales)
+    if solids is not None:
+        arms = _out_of_solids(reach, arms, angles=angles, solids=solids, scales=scales)
     skeleton = laid_out(
         torso,
         arms,
@@ -161,7 +168,7 @@ def fresh_bodies(goals: Goals) -> BodyState:
     )
 
 
-def _eye_heights(known_m: Array, seen_m: Array, dt_s: float) -> Array:
+def _eye_heights(known_m: Array, seen_m: Array, *, dt_s: float) -> Array:
     """Return (N,) eye heights: somebody who is seen higher up, and not flying, is taller."""
     taller = np.where(seen_m <= MAX_EYE_M, np.maximum(seen_m, known_m), known_m)
     return np.clip(np.minimum(taller, known_m + GROWTH_M_S * dt_s), MIN_EYE_M, MAX_EYE_M)
@@ -177,7 +184,7 @@ def _wanted_facing(goals: Goals) -> Array:
     return yaw + np.where(np.isfinite(pull), pull, 0.0)
 
 
-def _facing(facing: Array, goals: Goals, dt_s: float) -> Array:
+def _facing(facing: Array, goals: Goals, *, dt_s: float) -> Array:
     yaw, _, _ = head_angles(goals.heads)
     off = wrapped(_wanted_facing(goals) - facing)
     free = np.sign(off) * np.maximum(np.abs(off) - TURN_FREE_RAD, 0.0)
@@ -186,7 +193,7 @@ def _facing(facing: Array, goals: Goals, dt_s: float) -> Array:
 
 
 def _hand_goals(
-    state: BodyState, goals: Goals, torso: Torso, *, scales: Array, dt_s: float
+    state: BodyState, goals: Goals, *, torso: Torso, scales: Array, dt_s: float
 ) -> tuple[BodyState, Array, Array]:
     """Return the state, where wrists go (N, 2, 3) in the reference person's metres, and fingers."""
     body = yaw_rotation(state.facing)
@@ -223,18 +230,25 @@ class _Reach:
     chests: Array
     shoulders: Array
     swivels: Array
+    scales: Array
     max_turn: float
+    solids: Solids | None
 
     def arms(self, wrists: Array) -> Arms:
-        """Return arms that go there."""
+        """Return arms that go there, with elbows outside solids where there is such a way."""
         return arms_of(
             self.shoulders,
             wrists,
-            self.palms,
+            palms=self.palms,
             chests=self.chests,
             previous=self.swivels,
             max_turn=self.max_turn,
+            solid_depth=None if self.solids is None else self._depths,
         )
+
+    def _depths(self, points: Array) -> Array:
+        assert self.solids is not None
+        return self.solids.depths(points * self.scales[:, None, None])
 
     def of(self, rows: NDArray[np.intp]) -> _Reach:
         """Return those of some people."""
@@ -243,12 +257,14 @@ class _Reach:
             self.chests[rows],
             self.shoulders[rows],
             self.swivels[rows],
+            self.scales[rows],
             self.max_turn,
+            self.solids,
         )
 
 
 def _out_of_solids(
-    reach: _Reach, arms: Arms, angles: Array, *, solids: Solids, scales: Array
+    reach: _Reach, arms: Arms, *, angles: Array, solids: Solids, scales: Array
 ) -> Arms:
     """Return arms of which no hand is in a solid by more than `MAX_DEPTH_M`."""
     sizes = scales[:, None, None, None]
@@ -257,12 +273,12 @@ def _out_of_solids(
     if not len(rows):
         return arms
     moved = _moved_out(
-        reach.of(rows), arms.of(rows), angles[rows], solids=solids, sizes=sizes[rows]
+        reach.of(rows), arms.of(rows), angles=angles[rows], solids=solids, sizes=sizes[rows]
     )
     return arms.with_rows(rows, moved)
 
 
-def _moved_out(reach: _Reach, arms: Arms, angles: Array, *, solids: Solids, sizes: Array) -> Arms:
+def _moved_out(reach: _Reach, arms: Arms, *, angles: Array, solids: Solids, sizes: Array) -> Arms:
     """Return arms pushed out of solids; where that does not help, drawn back to the chest."""
     wrists = arms.wrists.copy()
     for _ in range(ROUNDS):

@@ -119,7 +119,7 @@ def head_angles(heads: Array) -> tuple[Array, Array, Array]:
     return yaw, pitch, roll
 
 
-def rotation_of(yaw: Array, pitch: Array, roll: Array) -> Array:
+def rotation_of(yaw: Array, pitch: Array, *, roll: Array) -> Array:
     """Return rotations (N, 3, 3) of the angles that `head_angles` gives."""
     c, s, o = np.cos(pitch), np.sin(pitch), np.zeros_like(pitch)
     ahead = packed(c, o, -s)
@@ -151,8 +151,8 @@ def torso_of(eyes: Array, heads: Array, *, facing: Array, feet: Array) -> Torso:
     def hung(lean: Array) -> tuple[Array, Array, Array, Array]:
         """Return head and neck, and their rotations, above a back that leans so far."""
         nod = np.clip(pitch, lean + NECK_PITCH.low, lean + NECK_PITCH.high)
-        head_rotation = rotation_of(head_yaw, nod, roll)
-        neck_rotation = rotation_of(neck_yaw, 0.5 * (lean + nod), 0.5 * roll)
+        head_rotation = rotation_of(head_yaw, nod, roll=roll)
+        neck_rotation = rotation_of(neck_yaw, 0.5 * (lean + nod), roll=0.5 * roll)
         head = eyes - turned(head_rotation, EYES_IN_HEAD)
         return head, head - turned(neck_rotation, NECK_UP), head_rotation, neck_rotation
 
@@ -240,3 +240,4 @@ def shoulders_of(torso: Torso, wrists: Array) -> tuple[Array, Array, Array]:
 
 
 _UP = np.array([0.0, 0.0, 1.0])
+"""(3,) up in the world."""

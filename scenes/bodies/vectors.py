@@ -74,7 +74,7 @@ def back(rotation: Array, vector: Array) -> Array:
     return np.vecmat(vector, rotation)
 
 
-def about(axis: Array, angle: ArrayLike, vector: Array) -> Array:
+def about(axis: Array, angle: ArrayLike, *, vector: Array) -> Array:
     """Return vectors turned about unit axes by angles in radians (Rodrigues)."""
     angle = np.asarray(angle, dtype=np.float64)
     c, s = np.cos(angle)[..., None], np.sin(angle)[..., None]

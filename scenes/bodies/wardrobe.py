@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -170,9 +171,7 @@ def _hands() -> list[Part]:
     for side in (0, 1):
         wrist = at[arm_rows(Bone.HAND)[side]]
 
-        def world(local: Array, palm: Array = palms[side], wrist: Array = wrist) -> Array:
-            return wrist + palm @ local
-
+        world = partial(_placed, wrist, palms[side])
         mirror = np.array([1.0, -1.0, 1.0]) if side == 0 else np.ones(3)
         shapes = _palm_shapes(world, mirror)
         for finger, thick in enumerate((0.0125, 0.0098, 0.0102, 0.0096, 0.0085)):
@@ -190,6 +189,11 @@ def _hands() -> list[Part]:
         shape = union(*shapes, blend_m=0.010)
         found.append(Part("skin", shape, tuple(low), tuple(high), 0.0066, bones))
     return found
+
+
+def _placed(wrist: Array, palm: Array, *points: Array) -> Array:
+    """Return the place of a point of a palm, metres."""
+    return wrist + palm @ points[0]
 
 
 def _palm_shapes(world: Callable[[Array], Array], mirror: Array) -> list[Shape]:
@@ -212,18 +216,35 @@ def _face(head: Shape) -> list[Part]:
     """Return eyes, brows and a slight smile that lie on the head."""
     found: list[Part] = []
 
-    def add(dye: str, shape: Shape, points: Array, step_m: float) -> None:
-        low, high = points.min(axis=0) - 0.018, points.max(axis=0) + 0.018
-        found.append(Part(dye, shape, tuple(low), tuple(high), step_m, (Bone.HEAD,)))
-
     for side in SIDES:
-        eye = _on_face(head, side * 0.032, EYE_M)
-        add("white", ellipsoid(eye - (0.004, 0, 0), (0.0085, 0.0165, 0.0140)), eye[None], 0.005)
-        add("iris", ellipsoid(eye - (-0.0015, 0, 0), (0.0056, 0.0092, 0.0105)), eye[None], 0.0035)
+        eye = _on_face(head, side * 0.032, z=EYE_M)
+        found.append(
+            _small(
+                "white",
+                ellipsoid(eye - (0.004, 0, 0), (0.0085, 0.0165, 0.0140)),
+                points=eye[None],
+                step_m=0.005,
+            )
+        )
+        found.append(
+            _small(
+                "iris",
+                ellipsoid(eye - (-0.0015, 0, 0), (0.0056, 0.0092, 0.0105)),
+                points=eye[None],
+                step_m=0.0035,
+            )
+        )
         glint = eye - (-0.0063, -0.0028, -0.0038)
-        add("white", ellipsoid(glint, (0.0018, 0.0025, 0.0025)), glint[None], 0.0016)
+        found.append(
+            _small(
+                "white",
+                ellipsoid(glint, (0.0018, 0.0025, 0.0025)),
+                points=glint[None],
+                step_m=0.0016,
+            )
+        )
         brow = [(0.017, 0.0270), (0.032, 0.0315), (0.047, 0.0265)]
-        add(*_stroke(head, [(side * y, z) for y, z in brow], dye="brows", radius_m=0.0042))
+        found.append(_stroke(head, [(side * y, z) for y, z in brow], dye="brows", radius_m=0.0042))
     smile = [
         (-0.030, -0.0600),
         (-0.020, -0.0675),
@@ -231,20 +252,18 @@ def _face(head: Shape) -> list[Part]:
         (0.020, -0.0675),
         (0.030, -0.0600),
     ]
-    add(*_stroke(head, smile, dye="lips", radius_m=0.0040))
+    found.append(_stroke(head, smile, dye="lips", radius_m=0.0040))
     return found
 
 
-def _stroke(
-    head: Shape, path: list[tuple[float, float]], *, dye: str, radius_m: float
-) -> tuple[str, Shape, Array, float]:
-    points = np.array([_on_face(head, y, EYE_M + z) for y, z in path])
+def _stroke(head: Shape, path: list[tuple[float, float]], *, dye: str, radius_m: float) -> Part:
+    points = np.array([_on_face(head, y, z=EYE_M + z) for y, z in path])
     points[:, 0] += 0.001
     pieces = [cone(a, b, radii=(radius_m, radius_m)) for a, b in pairwise(points)]
-    return dye, union(*pieces, blend_m=radius_m), points, radius_m
+    return _small(dye, union(*pieces, blend_m=radius_m), points=points, step_m=radius_m)
 
 
-def _on_face(head: Shape, y: float, z: float) -> Array:
+def _on_face(head: Shape, y: float, *, z: float) -> Array:
     """Return (3,) the point of the head's front at a height and to a side."""
     inside, outside = HEAD_X_M, HEAD_X_M + 0.16
     for _ in range(24):
@@ -259,3 +278,9 @@ def _on_face(head: Shape, y: float, z: float) -> Array:
 def _both(bone: int) -> tuple[int, ...]:
     rows = leg_rows(bone) if bone >= Bone.THIGH else arm_rows(bone)
     return tuple(rows)
+
+
+def _small(dye: str, shape: Shape, *, points: Array, step_m: float) -> Part:
+    """Return a part of the head around some points."""
+    low, high = points.min(axis=0) - 0.018, points.max(axis=0) + 0.018
+    return Part(dye, shape, tuple(low), tuple(high), step_m, (Bone.HEAD,))

@@ -44,7 +44,7 @@ def test_somebody_taller_is_larger_as_a_whole(figure):
     goals = unknown(2)
     goals.eyes[1, 2] = 1.8
     _, skeleton = solve_bodies(None, goals)
-    small, tall = (posed(figure, skeleton, row)[0] for row in (0, 1))
+    small, tall = (posed(figure, skeleton, row=row)[0] for row in (0, 1))
     assert tall[:, 2].max() / small[:, 2].max() == pytest.approx(1.8 / 1.6, rel=0.01)
 
 

@@ -41,7 +41,7 @@ def random_goals(rng, count=COUNT):
     goals = unknown(count)
     goals.eyes[:] = rng.uniform([-2, -2, 0.7], [2, 2, 1.9], (count, 3))
     yaw, pitch, roll = rng.uniform([-np.pi, -1.4, -0.8], [np.pi, 1.4, 0.8], (count, 3)).T
-    goals.heads[:] = rotation_of(yaw, pitch, roll)
+    goals.heads[:] = rotation_of(yaw, pitch, roll=roll)
     goals.wrists[:] = goals.eyes[:, None] + rng.uniform(-1.0, 1.0, (count, 2, 3)) * (0.9, 0.9, 1.3)
     goals.wrists[rng.random((count, 2)) < 0.1] = np.nan
     held = rng.normal(size=(count, 2, 3, 3))

@@ -37,7 +37,7 @@ def test_a_frame_is_a_rotation_along_its_vector():
 def test_a_turn_about_up_is_a_yaw():
     up = np.array([0.0, 0.0, 1.0])
     angle = RNG.uniform(-3, 3, (50, 2))
-    assert np.allclose(about(up, angle, A), turned(yaw_rotation(angle), A))
+    assert np.allclose(about(up, angle, vector=A), turned(yaw_rotation(angle), A))
 
 
 def test_angles_wrap_and_steps_are_level_at_both_ends():
