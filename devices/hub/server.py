@@ -1,77 +1,53 @@
-"""The hub's server: pairing, people, the room's state to all of them, what they do to the session."""
+"""The hub's server: pairing, people, the room's state to all of them, and their changes to it."""
 
 from __future__ import annotations
 
+import asyncio
+import logging
+import ssl
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from pathlib import Path
+from concurrent.futures import Future
+from typing import Any
+
+from aiohttp import web
 
 from devices.clock import Clock
+from devices.hub.connection import Connection
+from devices.hub.contract import Arrived, Asset, HubCounts, HubSettings, Invitation
+from devices.hub.entry.certificates import (
+    Certificates,
+    host_names,
+    keep_certificates,
+    lan_addresses,
+)
+from devices.hub.entry.pairing import PairingCodes
+from devices.hub.entry.tokens import Tokens
 from devices.hub.roles import Person, Role
-from scenes.state import Annotation, Avatar, LiveSurface, SceneState
+from devices.hub.session import Session
+from devices.hub.site import HEADERS, Site, is_loopback
+from scenes.state import SceneState
+from scenes.workers.task import Task
 
+START_S = 10.0
+"""Longest time to open a port."""
 
-@dataclass(frozen=True, slots=True)
-class Asset:
-    """A file of the web page: bytes, or where they lie; the type that browsers are told."""
+CLOSE_S = 5.0
+"""Longest time to say goodbye to everybody."""
 
-    content: bytes | Path
-    content_type: str
+GOODBYE_S = 1.0
+"""Time in which goodbyes are sent."""
 
+TICK_S = 0.5
+"""Time between looks at who is away, silent or stuck."""
 
-@dataclass(frozen=True, slots=True)
-class HubSettings:
-    """Where the hub listens and with which certificate.
+IDLE_S = 15.0
+"""Time that a connection may be idle before and between requests."""
 
-    Attributes:
-        host: "127.0.0.1" until the operator opens the hub; "0.0.0.0" for the whole network.
-        port: 0 takes any free one.
-        certificate_folder: root and leaf are kept there, made where they are missing; None for
-            plain HTTP, which is allowed on the loopback alone.
-        max_people: more are told that the room is full.
-    """
+EVERYWHERE = ("0.0.0.0", "::", "")
+"""Hosts that stand for all of this machine's addresses."""
 
-    host: str = "127.0.0.1"
-    port: int = 0
-    certificate_folder: Path | None = None
-    max_people: int = 32
-
-
-@dataclass(frozen=True, slots=True)
-class Invitation:
-    """A way in for one person: a code of six digits, one use, two minutes."""
-
-    code: str
-    url: str
-    role: Role
-    expires_ns: int
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Arrived:
-    """Everything that people have sent since the last look, in the session's own types (z up).
-
-    Attributes:
-        avatars: newest of everybody who shows one.
-        lines: new or grown lines; one without points is erased.
-        surfaces: made or moved since then.
-        events: (kind, text) of who came, left, was refused.
-    """
-
-    avatars: tuple[Avatar, ...] = ()
-    lines: tuple[Annotation, ...] = ()
-    surfaces: tuple[LiveSurface, ...] = ()
-    events: tuple[tuple[str, str], ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
-class HubCounts:
-    """Figures since the start: bytes and messages out, states and bodies left out, refusals."""
-
-    sent_bytes: int = 0
-    sent_messages: int = 0
-    dropped: int = 0
-    refused: Mapping[str, int] = field(default_factory=dict)
+MAX_CONNECTIONS = 256
+"""Connections of all kinds; chosen: 32 people, six files at a time each, and room above."""
 
 
 class Hub:
@@ -79,9 +55,14 @@ class Hub:
 
     Args:
         settings: where it listens.
-        assets: files of the page by path, "/" the page itself.
+        assets: files of the page by path, "/" the page itself. Looked up at each request.
         clock: session time.
-        say: takes a line for the log; never a secret.
+        say: takes a line for the log, on any thread; never a secret.
+        codes: ways in; others for tests.
+        tokens: ways back in; others for tests.
+
+    Raises:
+        ValueError: open to the network without a certificate.
     """
 
     def __init__(
@@ -91,58 +72,258 @@ class Hub:
         *,
         clock: Clock,
         say: Callable[[str], None] = lambda _text: None,
+        codes: PairingCodes | None = None,
+        tokens: Tokens | None = None,
     ) -> None:
-        raise NotImplementedError
+        if settings.certificate_folder is None and not is_loopback(settings.host):
+            raise ValueError(
+                f"hub: host {settings.host} is open to the network without a certificate; "
+                "give a certificate_folder"
+            )
+        self._settings, self._assets, self._clock, self._say = settings, assets, clock, say
+        self._session = Session(
+            max_people=settings.max_people,
+            codes=codes or PairingCodes(),
+            tokens=tokens or Tokens(),
+            say=say,
+            now_ns=clock.now_ns(),
+        )
+        self._certificates: Certificates | None = None
+        self._task: Task[None] | None = None
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._ending: asyncio.Event | None = None
+        self._connections: set[Connection] = set()
+        self._newest: SceneState | None = None
+        self._port = settings.port
+        self._names: frozenset[str] = frozenset()
 
     def start(self) -> None:
         """Listen.
 
         Raises:
             OSError: the port is taken, or the certificate cannot be made.
+            RuntimeError: it listens already.
         """
-        raise NotImplementedError
+        if self._task is not None:
+            raise RuntimeError("hub: start() was called before")
+        addresses = lan_addresses()
+        self._names = frozenset(
+            name.lower()
+            for name in (*addresses, *host_names(), *self._settings.names, self._settings.host)
+            if name not in EVERYWHERE
+        )
+        if self._settings.certificate_folder is not None:
+            self._certificates = keep_certificates(
+                self._settings.certificate_folder, names=tuple(sorted(self._names))
+            )
+        listening: Future[int] = Future()
+
+        def work(_task: Task[None]) -> None:
+            try:
+                asyncio.run(self._run(listening))
+            except OSError as error:
+                if listening.done():
+                    raise
+                listening.set_exception(error)
+
+        self._task = Task("hub", work).start()
+        try:
+            listening.result(START_S)
+        except BaseException:
+            self._task.join(CLOSE_S)
+            self._task = None
+            raise
 
     def close(self) -> None:
-        """Say goodbye to everybody and free the port."""
-        raise NotImplementedError
+        """Say goodbye to everybody and free the port. Harmless when it is closed."""
+        task, loop, ending = self._task, self._loop, self._ending
+        if task is None or loop is None or ending is None:
+            return
+        self._call_soon(ending.set)
+        task.join(CLOSE_S)
 
     @property
     def url(self) -> str:
         """Address of the page, with the machine's own address where it is open to the network."""
-        raise NotImplementedError
+        scheme = "http" if self._settings.certificate_folder is None else "https"
+        host = self._settings.host
+        if host in EVERYWHERE:
+            host = lan_addresses()[0]
+        host = f"[{host}]" if ":" in host else host
+        return f"{scheme}://{host}:{self._port}/"
+
+    @property
+    def root_pem(self) -> bytes | None:
+        """Certificate that a headset installs once to trust this machine; None without TLS."""
+        return None if self._certificates is None else self._certificates.root_pem
 
     def publish(self, state: SceneState) -> None:
         """Send what has changed to everybody; returns at once."""
-        raise NotImplementedError
+        is_due = self._newest is None
+        self._newest = state
+        if is_due:
+            self._call_soon(self._publish)
 
     def take(self) -> Arrived:
         """Return what people have sent since the last call."""
-        raise NotImplementedError
+        with self._session.lock:
+            return self._session.take(self._clock.now_ns())
 
     def people(self) -> tuple[Person, ...]:
         """Return who is here, and who may come back."""
-        raise NotImplementedError
+        with self._session.lock:
+            return self._session.people(self._clock.now_ns())
 
     def invite(self, role: Role = Role.REMOTE) -> Invitation:
         """Make a code."""
-        raise NotImplementedError
+        with self._session.lock:
+            code, expires_ns = self._session.codes.make(role, self._clock.now_ns())
+        return Invitation(code, f"{self.url}#code={code}", role, expires_ns)
 
     def revoke(self, code: str) -> None:
         """Let a code be worth nothing."""
-        raise NotImplementedError
+        with self._session.lock:
+            self._session.codes.revoke(code)
 
     def set_role(self, person_id: str, role: Role) -> None:
-        """Give a person another role; their rights change at once."""
-        raise NotImplementedError
+        """Give a person another role; their rights change at once.
+
+        Raises:
+            KeyError: there is no such person.
+        """
+        with self._session.lock:
+            self._session.change(person_id, self._clock.now_ns(), role=role)
+        self._call_soon(self._wake_all)
 
     def mute(self, person_id: str, *, is_muted: bool) -> None:
-        """Refuse a person's body and operations, or take them again."""
-        raise NotImplementedError
+        """Refuse a person's body and operations, or take them again.
+
+        Raises:
+            KeyError: there is no such person.
+        """
+        with self._session.lock:
+            self._session.change(person_id, self._clock.now_ns(), is_muted=is_muted)
+        self._call_soon(self._wake_all)
 
     def remove(self, person_id: str) -> None:
-        """Send a person away; their token is worth nothing from then on."""
-        raise NotImplementedError
+        """Send a person away; their token is worth nothing from then on.
+
+        Raises:
+            KeyError: there is no such person.
+        """
+        with self._session.lock:
+            self._session.remove(person_id, self._clock.now_ns())
+        self._call_soon(self._wake_all)
 
     def counts(self) -> HubCounts:
         """Return figures since the start."""
-        raise NotImplementedError
+        with self._session.lock:
+            sent = self._session.sent
+            refused = dict(self._session.refused)
+            return HubCounts(sent.bytes, sent.messages, sent.dropped, refused)
+
+    async def _run(self, listening: Future[int]) -> None:
+        loop = asyncio.get_running_loop()
+        loop.set_exception_handler(self._say_defect)
+        self._ending = asyncio.Event()
+        root_pem = None if self._certificates is None else self._certificates.root_pem
+        site = Site(
+            self._session,
+            self._assets,
+            clock=self._clock,
+            is_own_host=lambda host: is_loopback(host) or host in self._names,
+            talk=self._talk,
+            root_pem=root_pem,
+            say=self._say,
+        )
+        server = web.Server(
+            site.answer, access_log=None, logger=_silent(), keepalive_timeout=IDLE_S
+        )
+
+        def accept() -> asyncio.Protocol:
+            protocol = server()
+            if len(server.connections) >= MAX_CONNECTIONS:
+                loop.call_soon(protocol.force_close)
+            return protocol
+
+        tls = None if self._certificates is None else _tls(self._certificates)
+        listener = await loop.create_server(
+            accept, self._settings.host, self._settings.port, ssl=tls
+        )
+        self._loop = loop
+        self._port = int(listener.sockets[0].getsockname()[1])
+        listening.set_result(self._port)
+        self._say(f"people: the hub listens at {self.url}")
+        await self._keep_time()
+        listener.close()
+        with self._session.lock:
+            self._session.end()
+        self._wake_all()
+        deadline = loop.time() + GOODBYE_S
+        while self._connections and loop.time() < deadline:
+            await asyncio.sleep(0.01)
+        await server.shutdown(GOODBYE_S)
+
+    async def _keep_time(self) -> None:
+        """Look after connections until the hub ends."""
+        assert self._ending is not None
+        while not self._ending.is_set():
+            now_ns = self._clock.now_ns()
+            with self._session.lock:
+                self._session.tick(now_ns)
+            for connection in list(self._connections):
+                connection.check(now_ns)
+            self._wake_all()
+            try:
+                async with asyncio.timeout(TICK_S):
+                    await self._ending.wait()
+            except TimeoutError:
+                continue
+
+    async def _talk(self, request: web.BaseRequest, address: str) -> web.StreamResponse:
+        if not web.WebSocketResponse().can_prepare(request):
+            return web.Response(status=426, text="a WebSocket", headers=HEADERS)
+        connection = Connection(self._session, self._clock, self._connections)
+        self._connections.add(connection)
+        try:
+            return await connection.serve(request, address)
+        finally:
+            self._connections.discard(connection)
+
+    def _publish(self) -> None:
+        state, self._newest = self._newest, None
+        if state is None:
+            return
+        with self._session.lock:
+            self._session.publish(state)
+        self._wake_all()
+
+    def _wake_all(self) -> None:
+        for connection in self._connections:
+            connection.wake()
+
+    def _call_soon(self, call: Callable[[], None]) -> None:
+        loop = self._loop
+        if loop is not None and not loop.is_closed():
+            try:
+                loop.call_soon_threadsafe(call)
+            except RuntimeError:  # it closed in between
+                return
+
+    def _say_defect(self, _loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+        error = context.get("exception")
+        self._say(f"people: defect in the hub: {type(error).__name__ if error else 'unknown'}")
+
+
+def _tls(certificates: Certificates) -> ssl.SSLContext:
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    context.minimum_version = ssl.TLSVersion.TLSv1_2
+    context.load_cert_chain(certificates.leaf_file)
+    return context
+
+
+def _silent() -> logging.Logger:
+    """Return a logger that drops everything: messages of strangers are no lines of a log."""
+    logger = logging.Logger("hub")
+    logger.disabled = True
+    return logger

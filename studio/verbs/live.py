@@ -16,9 +16,16 @@ from scenes.workers.task import Task
 from studio.verbs.result_flags import add_result_flags, check_free, next_free
 
 if TYPE_CHECKING:
-    from studio.live.live import LiveResult, LiveSession
+    from devices.clock import Clock
+    from devices.hub.entry.tokens import Tokens
+    from devices.hub.server import Hub
+    from scenes.package import ScenePackage
+    from studio.live.live import LiveSession
+    from studio.live.people.crowd import Crowd
+    from studio.live.people.hosting import Hosting
     from studio.live.rehearsed import RehearsedLive
     from studio.live.setup import LiveSetup
+    from studio.live.status import LiveResult
     from studio.session.preflight import Check
     from studio.session.session import SessionOutput
 
@@ -57,6 +64,28 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seconds", type=float, metavar="N", help="end after so long live")
     parser.add_argument("--headless", action="store_true", help="without a window")
     parser.add_argument("--no-record", action="store_true", help="leave no recording")
+    people = parser.add_argument_group("people who join from a headset or a browser")
+    people.add_argument(
+        "--people",
+        type=int,
+        nargs="?",
+        const=0,
+        metavar="PORT",
+        help="let them join, from this computer alone (any free port)",
+    )
+    people.add_argument(
+        "--people-open", action="store_true", help="let the network reach them, over TLS"
+    )
+    people.add_argument(
+        "--invite", type=int, default=1, metavar="N", help="codes that are made at the start (1)"
+    )
+    people.add_argument(
+        "--clients",
+        type=int,
+        default=0,
+        metavar="N",
+        help="with --headless: so many simulated people join, and their delays are measured",
+    )
     add_result_flags(parser, DEFAULT_OUT)
     parser.add_argument("--json", action="store_true", help="print the figures as JSON")
 
@@ -69,6 +98,9 @@ def run(args: argparse.Namespace) -> int:
         raise ValueError(f"--seconds {args.seconds:g}: wanted more than 0")
     if (args.scenario or args.seed) and not args.simulated:
         raise ValueError("--scenario and --seed go with --simulated: a real camera has neither")
+    if args.clients and not args.headless:
+        raise ValueError("--clients goes with --headless: simulated people are measured there")
+    hosting = hosting_of(args)
     no_window = "" if args.headless else why_no_window()
     if no_window is None:
         from studio.app.model.jobs.live_job import LivePlan
@@ -83,6 +115,7 @@ def run(args: argparse.Namespace) -> int:
             seed=args.seed,
             seconds=args.seconds,
             records=not args.no_record,
+            hosting=hosting,
         )
         return live_in_window(plan)
     if no_window:
@@ -110,6 +143,7 @@ def setup_of(args: argparse.Namespace) -> LiveSetup:
 
 def _headless(args: argparse.Namespace) -> int:
     from devices.clock import WallClock
+    from devices.hub.entry.tokens import Tokens
     from scenes.opening import open_scene
     from scenes.render.native import NativeRenderer
     from studio.console.rows import as_json, as_table, exit_code
@@ -125,17 +159,20 @@ def _headless(args: argparse.Namespace) -> int:
     check_free(out, replaces=args.replace)
     scene = open_scene(args.scene)
     out.mkdir(parents=True, exist_ok=True)
-    renderer = NativeRenderer()
-    session = LiveSession(
-        args.scene,
-        scene,
-        setup_of(args),
-        clock=WallClock(),
-        renderer=renderer,
-        locate=RoomLocator(scene, renderer),
-        record_to=None if args.no_record else recording_in(out),
-    )
+    renderer, clock, tokens = NativeRenderer(), WallClock(), Tokens()
     with ExitStack() as stack:
+        hub = _hub(args, scene, clock, stack, tokens=tokens)
+        session = LiveSession(
+            args.scene,
+            scene,
+            setup_of(args),
+            clock=clock,
+            renderer=renderer,
+            locate=RoomLocator(scene, renderer),
+            record_to=None if args.no_record else recording_in(out),
+            people=hub,
+        )
+        crowd = _crowd(args, session, hub, stack, clock=clock, tokens=tokens)
         rehearsed: RehearsedLive | None = None
         if args.simulated:
             truth = Path(stack.enter_context(tempfile.TemporaryDirectory())) / "truth.jsonl"
@@ -145,6 +182,7 @@ def _headless(args: argparse.Namespace) -> int:
                     usual_feed(args.scene, args.scenario, args.seed),
                     truth=truth,
                     seconds=args.seconds,
+                    apart=lambda: () if crowd is None else crowd.process_ids,
                 )
             )
             rehearsed.wait_for_stream(lambda text: print(text, file=sys.stderr))
@@ -154,10 +192,13 @@ def _headless(args: argparse.Namespace) -> int:
         checks = run_checks(live_checks(session, recordings=out, simulated=simulated))
         save_checks(checks, out / "preflight.json")
         _print_checks(checks)
-        result = _play(session, rehearsed, args)
+        _say_how_to_join(args, hub)
+        result = _play(session, rehearsed, args, hub=hub)
         rows = live_rows(result)
         if rehearsed is not None:
             rows += rehearsed.rows(result)
+        if crowd is not None:
+            rows += crowd.rows()
     path = write_report(out, result, rows, scene=args.scene, checks=checks)
     if args.json:
         print(json.dumps(as_json("live", rows, args.seed if args.simulated else None), indent=2))
@@ -170,11 +211,99 @@ def _headless(args: argparse.Namespace) -> int:
     return exit_code(rows)
 
 
+def hosting_of(args: argparse.Namespace) -> Hosting | None:
+    """Return where people join, as the flags ask for; None where they do not.
+
+    Raises:
+        ValueError: a number is out of range.
+    """
+    from studio.live.people.hosting import Hosting
+
+    if args.people is None and not args.people_open:
+        if not args.clients:
+            return None
+        invitations = 0
+    else:
+        invitations = args.invite
+    return Hosting(
+        args.people or 0,
+        args.people_open,
+        invitations,
+        max_people=Hosting().max_people + args.clients,
+    )
+
+
+def _hub(
+    args: argparse.Namespace,
+    scene: ScenePackage,
+    clock: Clock,
+    stack: ExitStack,
+    *,
+    tokens: Tokens,
+) -> Hub | None:
+    """Begin to let people join until the stack is left."""
+    from studio.live.people.hosting import hosted
+
+    hosting = hosting_of(args)
+    if hosting is None:
+        return None
+    # What the hub says is in the session's report, and who is here on the status line.
+    return stack.enter_context(hosted(hosting, scene, clock=clock, say=_drop, tokens=tokens))
+
+
+def _crowd(
+    args: argparse.Namespace,
+    session: LiveSession,
+    hub: Hub | None,
+    stack: ExitStack,
+    *,
+    clock: Clock,
+    tokens: Tokens,
+) -> Crowd | None:
+    """Let simulated people join once the session is live."""
+    from studio.live.people.crowd import Crowd
+
+    if hub is None or not args.clients:
+        return None
+    return stack.enter_context(
+        Crowd(
+            hub,
+            lambda: session.status().live_s,
+            clients=args.clients,
+            seconds=args.seconds,
+            clock=clock,
+            tokens=tokens,
+            say=_say,
+        )
+    )
+
+
+def _drop(_line: str) -> None:
+    """Say nothing."""
+
+
+def _say_how_to_join(args: argparse.Namespace, hub: Hub | None) -> None:
+    """Make the codes, which are good for two minutes, once the camera is there."""
+    from studio.live.people.hosting import invitations_for, join_line
+
+    hosting = hosting_of(args)
+    if hub is not None and hosting is not None:
+        _say(join_line(hub, hosting, invitations_for(hub, hosting)))
+
+
+def _say(line: str) -> None:
+    print(line, file=sys.stderr, flush=True)
+
+
 def _play(
-    session: LiveSession, rehearsed: RehearsedLive | None, args: argparse.Namespace
+    session: LiveSession,
+    rehearsed: RehearsedLive | None,
+    args: argparse.Namespace,
+    *,
+    hub: Hub | None,
 ) -> LiveResult:
     """Run it on this thread, with a status line, until its time is over or Ctrl-C."""
-    status = Task("status", lambda task: _watch_over(session, args.seconds, task)).start()
+    status = Task("status", lambda task: _watch_over(session, args.seconds, task, hub=hub)).start()
     if rehearsed is not None:
         rehearsed.direct()
 
@@ -190,18 +319,23 @@ def _play(
         status.cancel()
 
 
-def _watch_over(session: LiveSession, seconds: float | None, task: Task[None]) -> None:
-    """Say how it goes, and end it when it was live for long enough."""
+def _watch_over(
+    session: LiveSession, seconds: float | None, task: Task[None], *, hub: Hub | None
+) -> None:
+    """Say how it goes and who is here, and end it when it was live for long enough."""
+    from studio.live.people.hosting import who_words
+
     said = ""
     while not task.pause(STATUS_S):
         status = session.status()
         if seconds is not None and status.live_s is not None and status.live_s >= seconds:
             session.end()
             return
-        line = f"{status.state}: {status.text}"
+        who = "" if hub is None else who_words(hub.people())
+        line = "; ".join(filter(None, (f"{status.state}: {status.text}", who)))
         if line != said:
             said = line
-            print(line, file=sys.stderr, flush=True)
+            _say(line)
 
 
 def _print_checks(checks: Sequence[Check]) -> None:

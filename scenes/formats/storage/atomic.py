@@ -17,7 +17,11 @@ class WriteError(OSError):
 
 
 def write_whole(
-    path: Path, content: str | Iterable[bytes | memoryview], *, makes_folder: bool = False
+    path: Path,
+    content: str | Iterable[bytes | memoryview],
+    *,
+    makes_folder: bool = False,
+    is_private: bool = False,
 ) -> int:
     """Write a file by a temporary sibling that is synced and renamed; return its size in bytes.
 
@@ -25,6 +29,7 @@ def write_whole(
         path: the file to make or replace.
         content: its text, or its bytes in blocks, in order. They may be produced lazily.
         makes_folder: whether its folder is made where there is none.
+        is_private: whether the user alone may read it, from its first byte on.
 
     Raises:
         OSError: as the system gives it. `path` is as it was, and nothing is left beside it.
@@ -33,7 +38,8 @@ def write_whole(
         path.parent.mkdir(parents=True, exist_ok=True)
     part = _sibling(path, "part")
     try:
-        size = _write_synced(part, [content.encode()] if isinstance(content, str) else content)
+        blocks = [content.encode()] if isinstance(content, str) else content
+        size = _write_synced(part, blocks, is_private=is_private)
         part.replace(path)
         _sync_folder(path.parent)
     finally:
@@ -113,9 +119,12 @@ def _sibling(path: Path, suffix: str) -> Path:
     return path.with_name(f".{path.name}.{secrets.token_hex(4)}.{suffix}")
 
 
-def _write_synced(path: Path, blocks: Iterable[bytes | memoryview]) -> int:
+def _write_synced(
+    path: Path, blocks: Iterable[bytes | memoryview], *, is_private: bool = False
+) -> int:
     size = 0
-    with path.open("xb") as file:
+    flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
+    with os.fdopen(os.open(path, flags, 0o600 if is_private else 0o666), "wb") as file:
         for block in blocks:
             size += file.write(block)
         file.flush()

@@ -1,0 +1,154 @@
+"""People who were let in: connected, away for a moment, or still on their way from pairing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+
+from devices.hub.entry.rates import Bucket
+from devices.hub.entry.tokens import TOKEN_NS
+from devices.hub.outbox import Outbox
+from devices.hub.roles import Person, Role
+
+AWAY_NS = 30 * 10**9
+"""Time for which somebody whose connection broke is still listed: a walk through a dead spot."""
+
+ARRIVING_NS = 120 * 10**9
+"""Time between pairing and joining; chosen: the page's files have to come first."""
+
+MAX_INDEX = 0xFFFF
+"""Largest number of a person; a session of so many is over."""
+
+BODIES_HZ, BODIES_BURST = 100.0, 40.0
+"""Bodies that a person may send: a headset's 90 a second, and what a stalled network delivers
+together."""
+
+TEXTS_HZ, TEXTS_BURST = 200.0, 400.0
+"""Texts that a person may send: acknowledgements of 60 states, operations, and room above."""
+
+OPS_HZ, OPS_BURST = 40.0, 80.0
+"""Operations that a person may ask for: a line that grows at 30 Hz."""
+
+BYTES_HZ, BYTES_BURST = 1e6, 2e6
+"""Bytes that a person may send in texts: a line of 1,000 points, 60 kB, at 15 Hz."""
+
+
+@dataclass(slots=True, eq=False)
+class Limits:
+    """Buckets of one person; they outlast a connection."""
+
+    bodies: Bucket
+    texts: Bucket
+    ops: Bucket
+    text_bytes: Bucket
+
+    @staticmethod
+    def new(now_ns: int) -> Limits:
+        """Return full buckets."""
+        return Limits(
+            Bucket(BODIES_HZ, BODIES_BURST, now_ns=now_ns),
+            Bucket(TEXTS_HZ, TEXTS_BURST, now_ns=now_ns),
+            Bucket(OPS_HZ, OPS_BURST, now_ns=now_ns),
+            Bucket(BYTES_HZ, BYTES_BURST, now_ns=now_ns),
+        )
+
+
+@dataclass(slots=True, eq=False)
+class Guest:
+    """A person and their connection.
+
+    Attributes:
+        person: as others see them.
+        limits: how much they may send.
+        away_since_ns: when the connection broke, or the pairing was.
+        outbox: of the connection; None while there is none.
+        has_joined: whether they were ever connected.
+        oldest_token: number of the oldest token that is still good.
+        newest_token: number of the newest one.
+        renewed_ns: when the newest one was made.
+        body: newest, as it came.
+        body_ns: when that was; session time.
+        faults: messages that could not be read.
+    """
+
+    person: Person
+    limits: Limits
+    away_since_ns: int
+    outbox: Outbox | None = None
+    has_joined: bool = False
+    oldest_token: int = 1
+    newest_token: int = 0
+    renewed_ns: int = 0
+    body: bytes = b""
+    body_ns: int = 0
+    faults: int = 0
+
+    def is_listed(self, now_ns: int) -> bool:
+        """Whether others see them among the people."""
+        is_near = self.outbox is not None or now_ns - self.away_since_ns < AWAY_NS
+        return self.has_joined and is_near
+
+    def is_forgotten(self, now_ns: int) -> bool:
+        """Whether nothing of them is kept any longer."""
+        if self.outbox is not None:
+            return False
+        life_ns = TOKEN_NS if self.has_joined else ARRIVING_NS
+        return now_ns - self.away_since_ns >= life_ns
+
+    def change(self, *, role: Role | None = None, is_muted: bool | None = None) -> None:
+        """Give the person another role, or mute them."""
+        person = self.person
+        self.person = replace(
+            person,
+            role=person.role if role is None else role,
+            is_muted=person.is_muted if is_muted is None else is_muted,
+        )
+
+
+@dataclass(slots=True)
+class Attendance:
+    """Everybody, by person id."""
+
+    _guests: dict[str, Guest] = field(default_factory=dict[str, Guest])
+    _last_index: int = 0
+
+    def add(self, name: str, role: Role, now_ns: int) -> Guest:
+        """Let somebody in.
+
+        Raises:
+            OverflowError: no number is left.
+        """
+        if self._last_index >= MAX_INDEX:
+            raise OverflowError(f"{MAX_INDEX} people have been here, start a new session")
+        self._last_index += 1
+        person = Person(f"p{self._last_index}", self._last_index, name, role, is_connected=False)
+        guest = Guest(person, Limits.new(now_ns), now_ns)
+        self._guests[person.person_id] = guest
+        return guest
+
+    def find(self, person_id: str) -> Guest | None:
+        """Return somebody; None where nothing of them is known."""
+        return self._guests.get(person_id)
+
+    def remove(self, person_id: str) -> None:
+        """Forget somebody."""
+        self._guests.pop(person_id, None)
+
+    def connected(self) -> Iterator[tuple[Guest, Outbox]]:
+        """Return everybody with a connection."""
+        return ((g, g.outbox) for g in list(self._guests.values()) if g.outbox is not None)
+
+    def listed(self, now_ns: int) -> list[Guest]:
+        """Return who is here or may come back any moment."""
+        return [guest for guest in self._guests.values() if guest.is_listed(now_ns)]
+
+    def arriving(self) -> int:
+        """Return how many have paired and not joined yet."""
+        return sum(not guest.has_joined for guest in self._guests.values())
+
+    def forget_old(self, now_ns: int) -> list[Guest]:
+        """Drop whoever cannot come back; return them."""
+        gone = [guest for guest in self._guests.values() if guest.is_forgotten(now_ns)]
+        for guest in gone:
+            del self._guests[guest.person.person_id]
+        return gone

@@ -1,0 +1,156 @@
+"""What everybody gets: the newest state, the log in order, the newest bodies. No socket here."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections import deque
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from devices.hub.board import DECIMALS, GLTF_FROM_WORLD
+from scenes.frames import WORLD_FROM_GLTF
+from scenes.state import SceneState, TrackedObject
+
+MAX_LOG_ENTRIES = 2000
+"""Entries that are kept for whoever comes back."""
+
+MAX_LOG_BYTES = 4 * 1024 * 1024
+"""Their text together."""
+
+MAX_OBJECTS = 10_000
+"""Objects whose names are remembered when they are gone; chosen: far above any room's."""
+
+
+def to_text(fields: Mapping[str, Any]) -> str:
+    """Return a message as it is sent, without blanks."""
+    return json.dumps(fields, separators=(",", ":"), allow_nan=False)
+
+
+@dataclass(slots=True)
+class StateChannel:
+    """Objects of the newest state, each with the version in which it changed last."""
+
+    version: int = 0
+    t_us: int = 0
+    _texts: dict[str, str] = field(default_factory=dict[str, str])
+    _changed: dict[str, int] = field(default_factory=dict[str, int])
+    _objects: Mapping[str, TrackedObject] = field(default_factory=dict[str, TrackedObject])
+    _made: tuple[int, int, str] = (-1, -1, "")
+
+    def take(self, state: SceneState) -> bool:
+        """Take the next state; return whether any object differs."""
+        if state.objects is self._objects:
+            return False
+        changed: dict[str, str] = {}
+        for name, tracked in state.objects.items():
+            if self._objects.get(name) is not tracked:
+                text = _object_text(tracked)
+                if text != self._texts.get(name):
+                    changed[name] = text
+        changed |= {n: "null" for n in self._objects if n not in state.objects}
+        self._objects = state.objects
+        if not changed:
+            return False
+        self.version += 1
+        self.t_us = state.t_ns // 1000
+        self._texts |= changed
+        self._changed |= dict.fromkeys(changed, self.version)
+        self._forget_gone()
+        return True
+
+    def message_since(self, version: int) -> str:
+        """Return the message that brings somebody who has that version up to the newest."""
+        if self._made[:2] != (version, self.version):
+            changed = {n: self._texts[n] for n, v in self._changed.items() if v > version}
+            text = (
+                f'{{"kind":"state","version":{self.version},"t_us":{self.t_us},'
+                f'"objects":{_joined(changed)}}}'
+            )
+            self._made = (version, self.version, text)
+        return self._made[2]
+
+    def whole(self) -> str:
+        """Return all objects that are there, as JSON."""
+        return _joined({n: text for n, text in self._texts.items() if text != "null"})
+
+    def _forget_gone(self) -> None:
+        gone = [n for n, text in self._texts.items() if text == "null"]
+        for name in gone[: max(0, len(self._texts) - MAX_OBJECTS)]:
+            del self._texts[name], self._changed[name]
+
+
+@dataclass(slots=True)
+class LogChannel:
+    """Operations in the order in which they count, the newest of them kept."""
+
+    seq: int = 0
+    _entries: deque[tuple[int, str]] = field(default_factory=deque[tuple[int, str]])
+    _bytes: int = 0
+
+    def add(self, fields: Mapping[str, Any]) -> str:
+        """Return the next entry as it is sent."""
+        self.seq += 1
+        text = to_text({"kind": "log", "seq": self.seq, **fields})
+        self._entries.append((self.seq, text))
+        self._bytes += len(text)
+        while len(self._entries) > MAX_LOG_ENTRIES or self._bytes > MAX_LOG_BYTES:
+            self._bytes -= len(self._entries.popleft()[1])
+        return text
+
+    def since(self, seq: int) -> list[str] | None:
+        """Return entries after that one; None where some of them are not kept or never were."""
+        if not self.seq - len(self._entries) <= seq <= self.seq:
+            return None
+        return [text for number, text in self._entries if number > seq]
+
+
+@dataclass(slots=True)
+class BodyChannel:
+    """Newest body of everybody, as it came."""
+
+    counter: int = 0
+    _newest: dict[int, tuple[int, int, bytes]] = field(
+        default_factory=dict[int, "tuple[int, int, bytes]"]
+    )
+
+    def put(self, index: int, data: bytes) -> None:
+        """Take the newest body of a person."""
+        self.counter += 1
+        of_person = self._newest.get(index, (0, 0, b""))[1] + 1
+        self._newest[index] = (self.counter, of_person, data)
+
+    def drop(self, index: int) -> None:
+        """Forget somebody's body."""
+        self._newest.pop(index, None)
+
+    def since(self, counter: int, *, but: int) -> list[tuple[int, int, bytes]]:
+        """Return index, number and body of all but one person whose body is newer than that."""
+        return [
+            (index, of_person, data)
+            for index, (number, of_person, data) in self._newest.items()
+            if number > counter and index != but
+        ]
+
+
+def _object_text(tracked: TrackedObject) -> str:
+    """Return place, turn, state and confidence of an object; room and object both with y up.
+
+    An object that stands as it was scanned has no turn but its yaw, as a node of glTF.
+    """
+    pose = GLTF_FROM_WORLD @ tracked.world_from_object @ WORLD_FROM_GLTF
+    w, x, y, z = pose.quaternion().tolist()
+    place = [round(number, DECIMALS) for number in pose.translation.tolist()]
+    turn = [round(number, 6) for number in (x, y, z, w)]
+    confidence = tracked.confidence if math.isfinite(tracked.confidence) else 0.0
+    return to_list([*place, *turn, tracked.state.value, round(confidence, 3)])
+
+
+def to_list(values: list[Any]) -> str:
+    """Return a JSON list without blanks."""
+    return json.dumps(values, separators=(",", ":"), allow_nan=False)
+
+
+def _joined(texts: Mapping[str, str]) -> str:
+    return "{" + ",".join(f"{json.dumps(name)}:{text}" for name, text in texts.items()) + "}"

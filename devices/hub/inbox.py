@@ -1,0 +1,115 @@
+"""What people have sent, as the session takes it: newest of each, in its own types and axes."""
+
+from __future__ import annotations
+
+from collections import OrderedDict, deque
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from devices.hub.attendance import Guest
+from devices.hub.board import Drawn
+from devices.hub.contract import Arrived
+from devices.hub.roles import Op, Person, Role
+from devices.hub.wire import Body, decode_body
+from scenes.frames import OPENGL_FROM_OPENCV, WORLD_FROM_GLTF
+from scenes.state import Annotation, Avatar, LiveSurface
+
+SHOWN_NS = 2 * 10**9
+"""Age of a body at which a person is hidden, two seconds."""
+
+MAX_EVENTS = 256
+"""Events that wait for the session; the oldest go first."""
+
+MAX_CHANGES = 4096
+"""Lines and surfaces that wait, and those handed out that are remembered; the oldest go first."""
+
+Change = Annotation | LiveSurface
+"""A line or surface in the session's axes."""
+
+
+@dataclass(slots=True)
+class Inbox:
+    """Lines, surfaces and events since the last look."""
+
+    _changes: OrderedDict[tuple[Op, str], Change] = field(
+        default_factory=OrderedDict[tuple[Op, str], Change]
+    )
+    _events: deque[tuple[str, str]] = field(
+        default_factory=lambda: deque[tuple[str, str]](maxlen=MAX_EVENTS)
+    )
+    _handed: OrderedDict[int, Change] = field(default_factory=OrderedDict[int, Change])
+    _avatars: dict[str, tuple[bytes, Role, Avatar | None]] = field(
+        default_factory=dict[str, tuple[bytes, Role, "Avatar | None"]]
+    )
+
+    def draw(self, drawn: Drawn) -> None:
+        """Take a line or surface; one of the same name that waits is replaced."""
+        change = drawn.surface() if drawn.op is Op.SURFACE else drawn.annotation()
+        name = (drawn.op, drawn.key)
+        self._changes.pop(name, None)
+        self._changes[name] = change
+        while len(self._changes) > MAX_CHANGES:
+            self._changes.popitem(last=False)
+
+    def note(self, kind: str, text: str) -> None:
+        """Take an event."""
+        self._events.append((kind, text))
+
+    def has_handed(self, change: Change) -> bool:
+        """Whether a value of the session's state is one that came from here."""
+        return id(change) in self._handed
+
+    def take(self, guests: Iterable[Guest], now_ns: int) -> Arrived:
+        """Return everything since the last call, and forget it.
+
+        Args:
+            guests: everybody whose body counts.
+            now_ns: session time.
+        """
+        lines = tuple(c for c in self._changes.values() if isinstance(c, Annotation))
+        surfaces = tuple(c for c in self._changes.values() if isinstance(c, LiveSurface))
+        for change in self._changes.values():
+            self._handed[id(change)] = change  # held, so that no other value gets its id
+        while len(self._handed) > MAX_CHANGES:
+            self._handed.popitem(last=False)
+        self._changes.clear()
+        events = tuple(self._events)
+        self._events.clear()
+        return Arrived(self._shown(guests, now_ns), lines, surfaces, events)
+
+    def _shown(self, guests: Iterable[Guest], now_ns: int) -> tuple[Avatar, ...]:
+        shown: dict[str, tuple[bytes, Role, Avatar | None]] = {}
+        for guest in guests:
+            person, data = guest.person, guest.body
+            if not data or now_ns - guest.body_ns > SHOWN_NS:
+                continue
+            known = self._avatars.get(person.person_id)
+            if known is None or known[0] is not data or known[1] is not person.role:
+                known = (data, person.role, avatar_of(decode_body(data), person))
+            shown[person.person_id] = known
+        self._avatars = shown
+        return tuple(avatar for _data, _role, avatar in shown.values() if avatar is not None)
+
+
+def avatar_of(body: Body, person: Person) -> Avatar | None:
+    """Return a person in the session's axes; None where nobody knows where their head is.
+
+    A hand is its (25, 3) joints; one that holds a controller is the place of the grip, (1, 3).
+    """
+    if body.room_from_head is None:
+        return None
+    hands: list[np.ndarray] = []
+    for hand, controller in zip(body.hands, body.controllers, strict=True):
+        if hand is not None:
+            hands.append(WORLD_FROM_GLTF @ hand.joints)
+        elif controller is not None:
+            hands.append(WORLD_FROM_GLTF @ controller.room_from_grip.translation.reshape(1, 3))
+    return Avatar(
+        user_id=person.person_id,
+        role="local" if person.role is Role.LOCAL else "remote",
+        world_from_head=WORLD_FROM_GLTF @ body.room_from_head @ OPENGL_FROM_OPENCV,
+        hands=tuple(hands),
+        ray=None if body.ray is None else WORLD_FROM_GLTF @ body.ray,
+    )

@@ -1,0 +1,148 @@
+"""What waits to be sent to one client, and at which pace it goes: freshest first, log in order."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass, field
+
+from devices.hub.channels import BodyChannel, StateChannel, to_text
+from devices.hub.wire import pack_bodies
+
+MAX_TEXTS = 1000
+"""Texts that wait, the log's among them; more and the client is dropped."""
+
+MAX_TEXT_BYTES = 1024 * 1024
+"""Their length together, when more than one waits."""
+
+MAX_UNSEEN = 2
+"""States on their way: one that is drawn while the next one travels."""
+
+BODY_PAUSE_NS = 10**9 // 90
+"""Least time between two messages of bodies: the fastest display of the headsets meant, 90 Hz."""
+
+
+@dataclass(slots=True)
+class Sent:
+    """Figures of everything sent: bytes, messages, states and bodies left out."""
+
+    bytes: int = 0
+    messages: int = 0
+    dropped: int = 0
+
+
+@dataclass(slots=True, eq=False)
+class Outbox:
+    """Everything that one client is still to get.
+
+    Attributes:
+        index: of its person, whose own body it does not get.
+        sent: figures, shared by all clients.
+        is_ending: whether the connection closes after the texts that wait.
+        is_overfull: whether texts were lost because the client is too slow.
+        token_number: of the token in the welcome.
+        next_body_ns: session time from which bodies may be sent again.
+    """
+
+    index: int
+    sent: Sent
+    is_ending: bool = False
+    is_overfull: bool = False
+    token_number: int = 0
+    next_body_ns: int = 0
+    _texts: deque[str] = field(default_factory=deque[str])
+    _text_bytes: int = 0
+    _people: str | None = None
+    _newest_people: str = ""
+    _first_version: int = 0
+    _sent_version: int = -1
+    _unseen: deque[int] = field(default_factory=deque[int])
+    _sent_bodies: int = 0
+    _body_numbers: dict[int, int] = field(default_factory=dict[int, int])
+
+    def begin(self, welcome: str, *, version: int, token_number: int) -> None:
+        """Put the first message; states after that version follow it, and everybody's body.
+
+        Args:
+            welcome: the message.
+            version: of the state in it.
+            token_number: of the token in it.
+        """
+        self.put(welcome)
+        self._first_version = self._sent_version = version
+        self.token_number = token_number
+
+    def put(self, text: str) -> None:
+        """Let a text follow those that wait."""
+        if self.is_ending:
+            return
+        self._texts.append(text)
+        self._text_bytes += len(text)
+        is_long = self._text_bytes > MAX_TEXT_BYTES and len(self._texts) > 1
+        if is_long or len(self._texts) > MAX_TEXTS:
+            self.is_overfull = True
+            self.end("your connection is too slow for what happens in the room")
+
+    def put_people(self, text: str) -> None:
+        """Let the list of people follow if it is another; one that waits is replaced."""
+        if text != self._newest_people:
+            self._people = self._newest_people = text
+
+    def end(self, why: str) -> None:
+        """Send nothing more but goodbye."""
+        if self.is_ending:
+            return
+        self._texts.clear()
+        self._text_bytes = 0
+        self.put(to_text({"kind": "bye", "why": why}))
+        self.is_ending = True
+
+    def see(self, version: int) -> bool:
+        """Note that a state has come, and all before it; return whether the welcome has, too."""
+        while self._unseen and self._unseen[0] <= version:
+            self._unseen.popleft()
+        return self._first_version <= version <= self._sent_version
+
+    def take(self, states: StateChannel, bodies: BodyChannel, now_ns: int) -> str | bytes | None:
+        """Return the next message; None where nothing is due.
+
+        Args:
+            states: newest state.
+            bodies: newest bodies.
+            now_ns: session time.
+        """
+        message = self._next(states, bodies, now_ns)
+        if message is not None:
+            self.sent.messages += 1
+            self.sent.bytes += len(message)
+        return message
+
+    def _next(self, states: StateChannel, bodies: BodyChannel, now_ns: int) -> str | bytes | None:
+        if self._texts:
+            text = self._texts.popleft()
+            self._text_bytes -= len(text)
+            return text
+        if self.is_ending:
+            return None
+        if bodies.counter > self._sent_bodies and now_ns >= self.next_body_ns:
+            bundle = self._bundle(bodies)
+            if bundle is not None:
+                self.next_body_ns = now_ns + BODY_PAUSE_NS
+                return bundle
+        if self._people is not None:
+            text, self._people = self._people, None
+            return text
+        if states.version > self._sent_version and len(self._unseen) < MAX_UNSEEN:
+            message = states.message_since(self._sent_version)
+            self.sent.dropped += states.version - self._sent_version - 1
+            self._sent_version = states.version
+            self._unseen.append(states.version)
+            return message
+        return None
+
+    def _bundle(self, bodies: BodyChannel) -> bytes | None:
+        newer = bodies.since(self._sent_bodies, but=self.index)
+        self._sent_bodies = bodies.counter
+        for index, number, _data in newer:
+            self.sent.dropped += max(0, number - self._body_numbers.get(index, number - 1) - 1)
+            self._body_numbers[index] = number
+        return pack_bodies([(index, data) for index, _number, data in newer]) if newer else None

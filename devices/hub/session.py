@@ -1,0 +1,339 @@
+"""The session as its people share it: who is let in, what they may, what each is to get.
+
+No socket and no thread: whoever calls holds `lock`, and wakes the connections afterwards.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from devices.hub.admission import Admission, Refused
+from devices.hub.attendance import Attendance, Guest
+from devices.hub.board import Board, drawn_by_room
+from devices.hub.channels import BodyChannel, LogChannel, StateChannel, to_text
+from devices.hub.contract import Arrived
+from devices.hub.entry.pairing import PairingCodes, PairingRefused
+from devices.hub.entry.rates import Bucket
+from devices.hub.entry.tokens import Tokens
+from devices.hub.inbox import Inbox
+from devices.hub.messages import Do, Hello, MessageError, OpError, Ping, Seen, read_message
+from devices.hub.outbox import Outbox, Sent
+from devices.hub.roles import RIGHTS, Op, Person, Role
+from devices.hub.wire import WireError, check_body, head_only
+from scenes.state import SceneState
+
+MAX_FAULTS = 20
+"""Messages that cannot be read after which a person's connection is closed."""
+
+RENEW_NS = 5 * 60 * 10**9
+"""Age of a token at which a connected person gets a fresh one: a third of its life."""
+
+SAY_HZ, SAY_BURST = 2.0, 30.0
+"""Lines about refusals in the log: an attack does not fill it; counts go on."""
+
+
+class Session:
+    """Everything that is shared.
+
+    Args:
+        max_people: connected at the same time.
+        codes: ways in.
+        tokens: ways back in.
+        say: takes a line for the log.
+        now_ns: session time of its beginning.
+    """
+
+    def __init__(
+        self,
+        *,
+        max_people: int,
+        codes: PairingCodes,
+        tokens: Tokens,
+        say: Callable[[str], None],
+        now_ns: int,
+    ) -> None:
+        self.lock = threading.RLock()
+        self.codes = codes
+        self.states, self.log, self.bodies = StateChannel(), LogChannel(), BodyChannel()
+        self.sent, self.refused = Sent(), Counter[str]()
+        self._say = say
+        self._attendance, self._board, self._inbox = Attendance(), Board(), Inbox()
+        self._door = Admission(self._attendance, codes, tokens, max_people)
+        self._state = SceneState()
+        self._lines_of_refusals = Bucket(SAY_HZ, SAY_BURST, now_ns=now_ns)
+
+    def pair(self, code: str, *, name: str, address: str, now_ns: int) -> str:
+        """Return a token for a code, which is used up.
+
+        Raises:
+            PairingRefused: it is wrong.
+            Refused: the room is full.
+        """
+        try:
+            guest = self._door.pair(code, name=name, address=address, now_ns=now_ns)
+        except (PairingRefused, Refused) as error:
+            self.refuse(error.kind, f"{address}: {error}", now_ns)
+            raise
+        self._note("paired", f"{self._called(guest)} has paired as {guest.person.role}")
+        return self._door.new_token(guest, now_ns)
+
+    def is_known(self, token: str, now_ns: int) -> bool:
+        """Return whether a token is good, without using it."""
+        try:
+            self._door.read(token, now_ns)
+        except Refused:
+            return False
+        return True
+
+    def enter(self, hello: Hello, *, address: str, now_ns: int) -> tuple[Guest, Outbox]:
+        """Let somebody in whose token is good; the welcome waits in their outbox.
+
+        Raises:
+            Refused: it is not, or the room is full.
+        """
+        try:
+            guest = self._door.admit(hello.token, now_ns)
+        except Refused as error:
+            self.refuse(error.kind, f"{address}: {error}", now_ns)
+            raise
+        if guest.outbox is not None:
+            guest.outbox.end("you came in again on another connection")
+        is_back = guest.is_listed(now_ns)
+        outbox = Outbox(guest.person.index, self.sent)
+        guest.outbox, guest.has_joined = outbox, True
+        name = guest.person.name if hello.name is None else hello.name
+        guest.person = replace(guest.person, name=name, is_connected=True)
+        self._welcome(guest, outbox, hello, now_ns)
+        self._tell_people(now_ns)
+        verb = "is back" if is_back else "joined"
+        self._note("joined", f"{self._called(guest)} {verb} as {guest.person.role}")
+        return guest, outbox
+
+    def leave(self, guest: Guest, outbox: Outbox, now_ns: int) -> None:
+        """Note that a connection has ended."""
+        if guest.outbox is not outbox:
+            return
+        guest.outbox, guest.away_since_ns = None, now_ns
+        guest.person = replace(guest.person, is_connected=False, latency_ms=None)
+        self.bodies.drop(guest.person.index)
+        self._note("away", f"{self._called(guest)} has lost the connection")
+
+    def hear(self, guest: Guest, outbox: Outbox, text: str, *, now_ns: int) -> bool:
+        """Take a text from somebody; return whether the others get something of it."""
+        limits = guest.limits
+        if not (limits.texts.take(now_ns) and limits.text_bytes.take(now_ns, float(len(text)))):
+            self.refuse("rate", f"{self._called(guest)} sends too much", now_ns)
+            outbox.end("you send too much")
+            return False
+        try:
+            message = read_message(text)
+            if isinstance(message, Seen):
+                if outbox.see(message.version):
+                    guest.oldest_token = max(guest.oldest_token, outbox.token_number)
+            elif isinstance(message, Ping):
+                pong = {"kind": "pong", "t_us": message.t_us, "hub_t_us": now_ns // 1000}
+                outbox.put(to_text(pong))
+            elif isinstance(message, Do):
+                self._do(guest, outbox, message, now_ns)
+                return True
+        except OpError as error:
+            self.refuse("op", f"{self._called(guest)}: {error}", now_ns)
+            outbox.put(to_text({"kind": "refused", "id": error.op_id, "why": str(error)}))
+        except MessageError as error:
+            self.fault(guest, outbox, str(error), now_ns=now_ns)
+        return False
+
+    def see_body(self, guest: Guest, outbox: Outbox, data: bytes, *, now_ns: int) -> bool:
+        """Take a body from somebody; return whether the others get it."""
+        if guest.person.is_muted:
+            self.refused["muted"] += 1
+            return False
+        if not guest.limits.bodies.take(now_ns):
+            self.refused["rate"] += 1
+            return False
+        try:
+            check_body(data)
+        except WireError as error:
+            self.fault(guest, outbox, str(error), now_ns=now_ns)
+            return False
+        if guest.person.role is Role.SPECTATOR:
+            data = head_only(data)
+        guest.body, guest.body_ns = data, now_ns
+        self.bodies.put(guest.person.index, data)
+        return True
+
+    def fault(self, guest: Guest, outbox: Outbox, why: str, *, now_ns: int) -> None:
+        """Count a message that cannot be read; too many end the connection."""
+        guest.faults += 1
+        self.refuse("message", f"{self._called(guest)}: {why}", now_ns)
+        if guest.faults > MAX_FAULTS:
+            guest.faults = 0
+            outbox.end(f"your messages cannot be read: {why}")
+
+    def publish(self, state: SceneState) -> None:
+        """Take the next state of the room; what it has drawn itself goes to the log."""
+        before, self._state = self._state, state
+        for drawn in drawn_by_room(before, state, is_known=self._inbox.has_handed):
+            if np.all(np.isfinite(drawn.points)) and self._board.put(drawn):
+                self._tell_all(self.log.add(drawn.entry()))
+        self.states.take(state)
+
+    def tick(self, now_ns: int) -> None:
+        """Do what is due: fresh tokens, and whoever was away too long is gone."""
+        for guest in self._attendance.forget_old(now_ns):
+            self._board.forget(guest.person.person_id)
+        for guest, outbox in self._attendance.connected():
+            if now_ns - guest.renewed_ns >= RENEW_NS:
+                outbox.put(to_text({"kind": "token", "token": self._door.new_token(guest, now_ns)}))
+        self._tell_people(now_ns)
+
+    def people(self, now_ns: int) -> tuple[Person, ...]:
+        """Return who is here, and who may come back."""
+        return tuple(guest.person for guest in self._attendance.listed(now_ns))
+
+    def take(self, now_ns: int) -> Arrived:
+        """Return what people have sent since the last call."""
+        return self._inbox.take(self._attendance.listed(now_ns), now_ns)
+
+    def change(
+        self,
+        person_id: str,
+        now_ns: int,
+        *,
+        role: Role | None = None,
+        is_muted: bool | None = None,
+    ) -> None:
+        """Give somebody another role, or mute them; they and the others are told.
+
+        Raises:
+            KeyError: there is no such person.
+        """
+        guest = self._find(person_id)
+        guest.change(role=role, is_muted=is_muted)
+        person = guest.person
+        if person.is_muted:
+            guest.body = b""
+            self.bodies.drop(person.index)
+        if guest.outbox is not None:
+            told = {"role": person.role, "rights": _rights(person), "muted": person.is_muted}
+            guest.outbox.put(to_text({"kind": "rights", **told}))
+        self._tell_people(now_ns)
+        muted = ", muted" if person.is_muted else ""
+        self._note("changed", f"{self._called(guest)} is {person.role}{muted}")
+
+    def remove(self, person_id: str, now_ns: int) -> None:
+        """Send somebody away for good.
+
+        Raises:
+            KeyError: there is no such person.
+        """
+        guest = self._find(person_id)
+        self._attendance.remove(person_id)
+        self._board.forget(person_id)
+        self.bodies.drop(guest.person.index)
+        if guest.outbox is not None:
+            guest.outbox.end("the operator has removed you")
+        self._tell_people(now_ns)
+        self._note("removed", f"{self._called(guest)} was removed")
+
+    def end(self) -> None:
+        """Say goodbye to everybody."""
+        for _guest, outbox in self._attendance.connected():
+            outbox.end("the session is over")
+
+    def measure(self, guest: Guest, round_trip_ns: int) -> None:
+        """Note how long a ping and its answer took."""
+        guest.person = replace(guest.person, latency_ms=round_trip_ns / 1e6)
+
+    def refuse(self, kind: str, text: str, now_ns: int) -> None:
+        """Count a refusal, and say so unless there are too many."""
+        self.refused[kind] += 1
+        if self._lines_of_refusals.take(now_ns):
+            self._note("refused", text)
+
+    def _welcome(self, guest: Guest, outbox: Outbox, hello: Hello, now_ns: int) -> None:
+        person = guest.person
+        entries = None if hello.log_seq is None else self.log.since(hello.log_seq)
+        states = self.states
+        state = (
+            f'{{"version":{states.version},"t_us":{states.t_us},"objects":{states.whole()},'
+            f"{to_text(self._board.whole())[1:]}"
+        )
+        fields: dict[str, Any] = {
+            "kind": "welcome",
+            "you": person.person_id,
+            "index": person.index,
+            "role": person.role,
+            "name": person.name,
+            "token": self._door.new_token(guest, now_ns),
+            "rights": _rights(person),
+            "people": self._list(now_ns),
+            "log_seq": self.log.seq if entries is None else hello.log_seq,
+            "resumed": entries is not None,
+            "t_us": now_ns // 1000,
+        }
+        welcome = f'{to_text(fields)[:-1]},"state":{state}}}'
+        outbox.begin(welcome, version=states.version, token_number=guest.newest_token)
+        for entry in entries or ():
+            outbox.put(entry)
+
+    def _do(self, guest: Guest, outbox: Outbox, do: Do, now_ns: int) -> None:
+        person = guest.person
+        if person.is_muted:
+            raise OpError("you are muted", op_id=do.op_id)
+        if do.op not in RIGHTS[person.role]:
+            raise OpError(f"a {person.role} may not {do.op}", op_id=do.op_id)
+        if not guest.limits.ops.take(now_ns):
+            raise OpError("too many operations at once", op_id=do.op_id)
+        try:
+            drawn = self._board.do(person.person_id, do, now_ns)
+        except OpError as error:
+            raise OpError(str(error), op_id=do.op_id) from None
+        self._inbox.draw(drawn)
+        self._tell_all(self.log.add(drawn.entry()))
+        outbox.put(to_text({"kind": "done", "id": do.op_id}))
+
+    def _tell_all(self, text: str) -> None:
+        for _guest, outbox in self._attendance.connected():
+            outbox.put(text)
+
+    def _tell_people(self, now_ns: int) -> None:
+        text = to_text({"kind": "people", "people": self._list(now_ns)})
+        for _guest, outbox in self._attendance.connected():
+            outbox.put_people(text)
+
+    def _list(self, now_ns: int) -> list[dict[str, Any]]:
+        return [
+            {
+                "id": person.person_id,
+                "index": person.index,
+                "name": person.name,
+                "role": person.role,
+                "muted": person.is_muted,
+                "pen": bool(_rights(person)),
+            }
+            for person in self.people(now_ns)
+        ]
+
+    def _find(self, person_id: str) -> Guest:
+        guest = self._attendance.find(person_id)
+        if guest is None:
+            raise KeyError(f"hub: nobody is {person_id!r}, see people()")
+        return guest
+
+    def _called(self, guest: Guest) -> str:
+        return f"{guest.person.name} ({guest.person.person_id})"
+
+    def _note(self, kind: str, text: str) -> None:
+        self._inbox.note(kind, text)
+        self._say(f"people: {text}")
+
+
+def _rights(person: Person) -> list[Op]:
+    return [] if person.is_muted else sorted(RIGHTS[person.role])
