@@ -20,6 +20,7 @@ if TYPE_CHECKING:  # what a session needs takes a second to import: not before t
     from scenes.package import ScenePackage
     from scenes.state import LiveSurface
     from studio.live.live import LiveSession
+    from studio.live.people.doors import Doors
     from studio.live.people.hosting import Hosting
     from studio.live.rehearsed import RehearsedLive
     from studio.live.setup import LiveSetup
@@ -79,8 +80,8 @@ class LiveJob(SceneJob):
         super().__init__(plan.scene)
         self.plan = plan
         self.live: LiveSession | None = None
-        self.hub: Hub | None = None
-        """People who are connected; None while nobody can join."""
+        self.doors: Doors | None = None
+        """How people join; None before the session is made."""
         self._joining = ""
         self.report: Path | None = None
         self.checks: Sequence[Check] = ()
@@ -106,6 +107,11 @@ class LiveJob(SceneJob):
             return ""
         drawing = "" if self._rehearsed is None else self._rehearsed.drawing
         return drawing or "it begins in a moment"
+
+    @property
+    def hub(self) -> Hub | None:
+        """People who are connected; None while nobody can join."""
+        return None if self.doors is None else self.doors.hub
 
     @property
     def is_checking(self) -> bool:
@@ -186,17 +192,17 @@ class LiveJob(SceneJob):
         from scenes.render.native import NativeRenderer
         from studio.live.live import LiveSession
         from studio.live.locating import RoomLocator
-        from studio.live.people.hosting import hosted, invitations_for, join_line
+        from studio.live.people.doors import Doors
+        from studio.live.people.hosting import invitations_for, join_line
         from studio.live.recording_name import recording_in
 
         plan, clock, renderer = self.plan, WallClock(), NativeRenderer()
         hosting = plan.hosting
+        self.doors = doors = Doors(scene, clock=clock, say=self.lines.put)
+        stack.callback(doors.end)
         if hosting is not None:
-            say = self.lines.put
-            self.hub = stack.enter_context(hosted(hosting, scene, clock=clock, say=say))
-            self._joining = join_line(
-                self.hub, hosting, invitations=invitations_for(self.hub, hosting)
-            )
+            hub = doors.open(hosting)
+            self._joining = join_line(hub, hosting, invitations=invitations_for(hub, hosting))
         live = LiveSession(
             plan.scene,
             scene,
@@ -206,7 +212,7 @@ class LiveJob(SceneJob):
             locate=RoomLocator(scene, renderer),
             record_to=recording_in(plan.out) if plan.records else None,
             asks=True,
-            people=self.hub,
+            people=doors,
         )
         if self._options != live.options:
             live.adjust_tracker(self._options)
