@@ -177,8 +177,9 @@ class Board:
             steps = self._steps.get(person_id)
             if not steps:
                 raise OpError("there is nothing to undo", op_id=do.op_id)
-            before = steps.pop().before
+            before = steps[-1].before
             self._check_room(before, do)
+            steps.pop()
             self.put(before)
             return before
         key = own_key(person_id, do.key)

@@ -250,6 +250,7 @@ class Hub:
             is_own_host=lambda host: is_loopback(host) or host in self._names,
             talk=self._talk,
             root_pem=root_pem,
+            say=self._say,
         )
         server = web.Server(
             site.answer, access_log=None, logger=_silent(), keepalive_timeout=IDLE_S

@@ -335,9 +335,11 @@ def _read_pose(data: bytes, at: int) -> Pose:
 def _controller_bytes(controller: Controller) -> bytes:
     poses = _pose_bytes(controller.room_from_aim) + _pose_bytes(controller.room_from_grip)
     try:
-        steps = [round(_AXIS_STEPS * max(-1.0, min(1.0, axis))) for axis in controller.axes]
+        steps = [
+            max(-_AXIS_STEPS, min(_AXIS_STEPS, round(_AXIS_STEPS * a))) for a in controller.axes
+        ]
         return poses + struct.pack("<H4h", controller.buttons, *steps)
-    except (struct.error, ValueError) as error:
+    except (struct.error, ValueError, OverflowError) as error:
         raise WireError(
             f"controller: buttons {controller.buttons}, axes {controller.axes}: {error}"
         ) from error
