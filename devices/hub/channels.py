@@ -152,7 +152,7 @@ class PictureChannel:
             del self._newest[gone]
 
     def next_after(self, counter: int) -> tuple[int, bytes] | None:
-        """Return the longest waiting of the newer pictures and its number; None if there is none."""
+        """Return the number and message of the oldest newer picture; None if there is none."""
         return min((each for each in self._newest.values() if each[0] > counter), default=None)
 
 
