@@ -23,7 +23,7 @@ def test_one_that_is_too_large_is_refused_with_the_limit():
 
 def test_the_newest_of_each_surface_goes_once_and_after_the_texts():
     outbox, pictures = Outbox(0, Sent()), PictureChannel()
-    outbox.put("text")
+    outbox.begin("text", version=0, token_number=1)
     for surface, jpeg in (("wall", b"1"), ("wall", b"2"), ("desk", b"3"), ("gone", b"4")):
         pictures.put(surface, jpeg)
     pictures.keep({"wall", "desk"})
