@@ -34,7 +34,7 @@ from sim.people.figure import person_body
 from sim.people.posture import part_poses
 from sim.people.remote import remote_annotations, remote_avatar
 from sim.physics.any_room import physics_of
-from sim.reality.room import Scanned
+from sim.reality.scanned import Scanned
 from sim.scenarios.scenario import Scenario, validate_scenario
 from sim.scenarios.switch import Switch, validate_switches
 from sim.truth import GroundTruth, IdMasks, PersonTruth, has_moved

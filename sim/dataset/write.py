@@ -17,7 +17,7 @@ from sim.dataset.check import Checked, check_dataset
 from sim.dataset.photos import write_capture
 from sim.dataset.room_folder import FolderOptions, Pictures, write_room, write_sequences
 from sim.phone.phone import SAMPLE_CAPTURE, PhoneOptions
-from sim.reality.room import Scanned
+from sim.reality.scanned import Scanned
 from sim.rehearsal import SimulatedStep, simulate
 from sim.scenarios.scenario import Scenario, validate_scenario
 

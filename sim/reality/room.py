@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,27 +10,11 @@ from scenes.mesh import PhysicalRoom
 from scenes.package import ScenePackage
 from scenes.prepare.cutout.likewise import TakenApart
 from scenes.render.renderer import Renderer
-from sim.camera.lens_picture import ScannedLook
 from sim.physics.scanned.objects import scanned_object
 from sim.reality.light import irradiance_at, main_light
-from sim.reality.world_error import WorldError
 
 CHEST_M = 1.2
 """Height at which a room's light is asked for, metres."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Scanned:
-    """Stand-ins for the real room in a rehearsal where only a scan of it exists.
-
-    Attributes:
-        look: makes what draws the room and its objects.
-        error: draws how far the real room is from the scan's metric world; None if the scan's world
-            is taken for the real one.
-    """
-
-    look: Callable[[PhysicalRoom], ScannedLook]
-    error: Callable[[np.random.Generator], WorldError] | None
 
 
 def scanned_room(scene: ScenePackage, parts: TakenApart, renderer: Renderer) -> PhysicalRoom:

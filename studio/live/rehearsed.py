@@ -27,9 +27,9 @@ from studio.live.against_truth import (
     object_row,
     recovery_row,
 )
-from studio.live.live import LiveResult, LiveSession
+from studio.live.live import LiveSession
 from studio.live.simulated_camera import SimulatedCamera, SimulatedFeed
-from studio.live.status import LiveState
+from studio.live.status import LiveResult, LiveState
 from studio.session.session import SessionOutput
 from studio.session.trackers.camera_events import event_kind
 from tracking.output import CameraMoment

@@ -20,7 +20,7 @@ from sim.scenarios.switch import Switch, validate_switches
 from studio.session.fork import Fork
 
 if TYPE_CHECKING:
-    from sim.reality.room import Scanned
+    from sim.reality.scanned import Scanned
     from sim.rehearsal import SimulatedStep
 
 log = logging.getLogger(__name__)
@@ -162,7 +162,8 @@ def _scan(
     from sim.physics.scanned.objects import missing
     from sim.reality.look import SplatLook
     from sim.reality.parts import parts_of
-    from sim.reality.room import Scanned, scanned_room
+    from sim.reality.room import scanned_room
+    from sim.reality.scanned import Scanned
     from sim.reality.world_error import drawn_error
     from sim.scenarios.first import first_scenario
     from sim.scenarios.scenario import parse_scenario

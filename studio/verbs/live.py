@@ -16,9 +16,14 @@ from scenes.workers.task import Task
 from studio.verbs.result_flags import add_result_flags, check_free, next_free
 
 if TYPE_CHECKING:
-    from studio.live.live import LiveResult, LiveSession
+    from devices.clock import Clock
+    from devices.hub.server import Hub
+    from scenes.package import ScenePackage
+    from studio.live.live import LiveSession
+    from studio.live.people.hosting import Hosting
     from studio.live.rehearsed import RehearsedLive
     from studio.live.setup import LiveSetup
+    from studio.live.status import LiveResult
     from studio.session.preflight import Check
     from studio.session.session import SessionOutput
 
@@ -57,6 +62,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seconds", type=float, metavar="N", help="end after so long live")
     parser.add_argument("--headless", action="store_true", help="without a window")
     parser.add_argument("--no-record", action="store_true", help="leave no recording")
+    people = parser.add_argument_group("people who join from a headset or a browser")
+    people.add_argument(
+        "--people",
+        type=int,
+        nargs="?",
+        const=0,
+        metavar="PORT",
+        help="let them join, from this computer alone (any free port)",
+    )
+    people.add_argument(
+        "--people-open", action="store_true", help="let the network reach them, over TLS"
+    )
+    people.add_argument(
+        "--invite", type=int, default=1, metavar="N", help="codes that are made at the start (1)"
+    )
     add_result_flags(parser, DEFAULT_OUT)
     parser.add_argument("--json", action="store_true", help="print the figures as JSON")
 
@@ -125,17 +145,19 @@ def _headless(args: argparse.Namespace) -> int:
     check_free(out, replaces=args.replace)
     scene = open_scene(args.scene)
     out.mkdir(parents=True, exist_ok=True)
-    renderer = NativeRenderer()
-    session = LiveSession(
-        args.scene,
-        scene,
-        setup_of(args),
-        clock=WallClock(),
-        renderer=renderer,
-        locate=RoomLocator(scene, renderer),
-        record_to=None if args.no_record else recording_in(out),
-    )
+    renderer, clock = NativeRenderer(), WallClock()
     with ExitStack() as stack:
+        hub = _hub(args, scene, clock, stack)
+        session = LiveSession(
+            args.scene,
+            scene,
+            setup_of(args),
+            clock=clock,
+            renderer=renderer,
+            locate=RoomLocator(scene, renderer),
+            record_to=None if args.no_record else recording_in(out),
+            people=hub,
+        )
         rehearsed: RehearsedLive | None = None
         if args.simulated:
             truth = Path(stack.enter_context(tempfile.TemporaryDirectory())) / "truth.jsonl"
@@ -154,7 +176,7 @@ def _headless(args: argparse.Namespace) -> int:
         checks = run_checks(live_checks(session, recordings=out, simulated=simulated))
         save_checks(checks, out / "preflight.json")
         _print_checks(checks)
-        result = _play(session, rehearsed, args)
+        result = _play(session, rehearsed, args, hub=hub)
         rows = live_rows(result)
         if rehearsed is not None:
             rows += rehearsed.rows(result)
@@ -170,11 +192,46 @@ def _headless(args: argparse.Namespace) -> int:
     return exit_code(rows)
 
 
+def hosting_of(args: argparse.Namespace) -> Hosting | None:
+    """Return where people join, as the flags ask for; None where they do not.
+
+    Raises:
+        ValueError: a number is out of range.
+    """
+    from studio.live.people.hosting import Hosting
+
+    if args.people is None and not args.people_open:
+        return None
+    return Hosting(args.people or 0, args.people_open, args.invite)
+
+
+def _hub(
+    args: argparse.Namespace, scene: ScenePackage, clock: Clock, stack: ExitStack
+) -> Hub | None:
+    """Begin to let people join until the stack is left, and say how."""
+    from studio.live.people.hosting import hosted, invitations_for, join_line
+
+    hosting = hosting_of(args)
+    if hosting is None:
+        return None
+    hub = stack.enter_context(hosted(hosting, scene, clock=clock, say=_say))
+    _say(join_line(hub, hosting, invitations_for(hub, hosting)))
+    return hub
+
+
+def _say(line: str) -> None:
+    print(line, file=sys.stderr, flush=True)
+
+
 def _play(
-    session: LiveSession, rehearsed: RehearsedLive | None, args: argparse.Namespace
+    session: LiveSession,
+    rehearsed: RehearsedLive | None,
+    args: argparse.Namespace,
+    *,
+    hub: Hub | None,
 ) -> LiveResult:
     """Run it on this thread, with a status line, until its time is over or Ctrl-C."""
-    status = Task("status", lambda task: _watch_over(session, args.seconds, task)).start()
+    status = Task("status", lambda task: _watch_over(session, args.seconds, task, hub=hub)).start()
     if rehearsed is not None:
         rehearsed.direct()
 
@@ -190,18 +247,23 @@ def _play(
         status.cancel()
 
 
-def _watch_over(session: LiveSession, seconds: float | None, task: Task[None]) -> None:
-    """Say how it goes, and end it when it was live for long enough."""
+def _watch_over(
+    session: LiveSession, seconds: float | None, task: Task[None], *, hub: Hub | None
+) -> None:
+    """Say how it goes and who is here, and end it when it was live for long enough."""
+    from studio.live.people.hosting import who_words
+
     said = ""
     while not task.pause(STATUS_S):
         status = session.status()
         if seconds is not None and status.live_s is not None and status.live_s >= seconds:
             session.end()
             return
-        line = f"{status.state}: {status.text}"
+        who = "" if hub is None else who_words(hub.people())
+        line = "; ".join(filter(None, (f"{status.state}: {status.text}", who)))
         if line != said:
             said = line
-            print(line, file=sys.stderr, flush=True)
+            _say(line)
 
 
 def _print_checks(checks: Sequence[Check]) -> None:

@@ -20,7 +20,7 @@ from scenes.mesh import PhysicalRoom
 from sim.faults.fault import Fault, WayFault
 from sim.faults.freeze import Freeze
 from sim.faults.settings import Faults
-from sim.reality.room import Scanned
+from sim.reality.scanned import Scanned
 from sim.rehearsal import SimulatedStep, simulate
 from sim.scenarios.scenario import Scenario
 from sim.wire.film.film import FilmFormat, PictureTruth

@@ -18,9 +18,10 @@ from tracking.options import TrackerOptions
 if TYPE_CHECKING:  # what a session needs takes a second to import: not before the window is shown
     from scenes.package import ScenePackage
     from scenes.state import LiveSurface
-    from studio.live.live import LiveResult, LiveSession
+    from studio.live.live import LiveSession
     from studio.live.rehearsed import RehearsedLive
     from studio.live.setup import LiveSetup
+    from studio.live.status import LiveResult
     from studio.session.preflight import Check
     from studio.session.session import SessionOutput
 
