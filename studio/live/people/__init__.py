@@ -1,5 +1,6 @@
 """People in a live session: what they send enters it, and its state goes to them.
 
 `entering.py` (avatars, lines and surfaces into the session's messages), `hosting.py` (a hub beside
-the session, codes to join, who is here), `page.py` (the page that it serves).
+the session, codes to join, who is here), `page.py` (the page that it serves), `pictures.py` (what
+live surfaces show, sent to everybody).
 """

@@ -30,6 +30,9 @@ class FakeHub:
     def take(self):
         return self.arrived.pop(0) if self.arrived else Arrived()
 
+    def show(self, surface_id, jpeg):
+        self.pictures = {**getattr(self, "pictures", {}), surface_id: jpeg}
+
     def publish(self, state):
         self.states.append(state)
 
