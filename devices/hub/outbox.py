@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from devices.hub.channels import BodyChannel, StateChannel, to_text
+from devices.hub.channels import BodyChannel, PictureChannel, StateChannel, to_text
 from devices.hub.wire import join_items
 
 MAX_TEXTS = 1000
@@ -59,6 +59,7 @@ class Outbox:
     _sent_version: int = -1
     _unseen: deque[int] = field(default_factory=deque[int])
     _sent_bodies: int = 0
+    _sent_pictures: int = 0
     _body_numbers: dict[int, int] = field(default_factory=dict[int, int])
 
     def begin(self, texts: Sequence[str], *, version: int, token_number: int) -> None:
@@ -105,15 +106,25 @@ class Outbox:
             self._unseen.popleft()
         return self._first_version <= version <= self._sent_version
 
-    def take(self, states: StateChannel, bodies: BodyChannel, *, now_ns: int) -> str | bytes | None:
+    def take(
+        self,
+        states: StateChannel,
+        bodies: BodyChannel,
+        *,
+        now_ns: int,
+        pictures: PictureChannel | None = None,
+    ) -> str | bytes | None:
         """Return the next message; None where nothing is due.
 
         Args:
             states: newest state.
             bodies: newest bodies.
             now_ns: session time.
+            pictures: newest pictures of live surfaces, which wait for all else.
         """
         message = self._next(states, bodies, now_ns=now_ns)
+        if message is None and pictures is not None and not self.is_ending:
+            message = self._picture(pictures)
         if message is not None:
             self.sent.messages += 1
             self.sent.bytes += len(message)
@@ -145,6 +156,13 @@ class Outbox:
             self._unseen.append(states.version)
             return message
         return None
+
+    def _picture(self, pictures: PictureChannel) -> bytes | None:
+        found = pictures.next_after(self._sent_pictures)
+        if found is None:
+            return None
+        self._sent_pictures, message = found
+        return message
 
     def _bundle(self, bodies: BodyChannel) -> bytes | None:
         newer = bodies.since(self._sent_bodies, but=self.index)

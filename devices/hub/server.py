@@ -28,6 +28,7 @@ from devices.hub.port import Port
 from devices.hub.roles import Person, Role
 from devices.hub.session import Session
 from devices.hub.site import HEADERS, Site, is_loopback
+from devices.hub.wire import pack_picture
 from scenes.state import SceneState
 from scenes.workers.task import Task
 
@@ -169,6 +170,21 @@ class Hub:
         for 5 ms where a crowd keeps it busy.
         """
         self._newest = state
+
+    def show(self, surface_id: str, jpeg: bytes) -> None:
+        """Send what a live surface shows to everybody, the newest where a link is slow.
+
+        Args:
+            surface_id: of a surface in a published state.
+            jpeg: its picture, upright, the first corner at the top left.
+
+        Raises:
+            WireError: the picture is larger than may be sent.
+        """
+        message = pack_picture(surface_id, jpeg)
+        with self._session.lock:
+            self._session.pictures.put(surface_id, message)
+        self._call_soon(self._wake_all)
 
     def take(self) -> Arrived:
         """Return what people have sent since the last call."""

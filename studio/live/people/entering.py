@@ -51,6 +51,10 @@ class People(Protocol):
         """Send what has changed to everybody; returns at once."""
         ...
 
+    def show(self, surface_id: str, jpeg: bytes) -> None:
+        """Send what a live surface shows to everybody; returns at once."""
+        ...
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Shown:
