@@ -232,6 +232,9 @@ def test_people_who_left_disappear_from_the_list(room):
     room.session.tick(AWAY_NS)
     lists = [it for it in room.drain(his) if it["kind"] == "people"]
     assert [it["id"] for it in lists[-1]["people"]] == ["p2"]
+    room.session.tick(2 * AWAY_NS)
+    kinds_of = [kind for kind, _text in room.session.take().events]
+    assert kinds_of == ["paired", "joined", "paired", "joined", "away", "left"]
     room.session.tick(TOKEN_NS)
     assert room.session._attendance.find("p1") is None
 
