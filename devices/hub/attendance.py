@@ -19,7 +19,7 @@ ARRIVING_NS = 120 * 10**9
 MAX_INDEX = 0xFFFF
 """Largest number of a person; a session of so many is over."""
 
-BODIES_HZ, BODIES_BURST = 100.0, 40.0
+BODIES_HZ, BODIES_BURST = 100.0, 100.0
 """Bodies that a person may send: a headset's 90 a second, and what a stalled network delivers
 together."""
 

@@ -288,8 +288,8 @@ def test_too_many_operations_are_refused_and_too_many_bodies_dropped(room, body_
         "too many operations at once"
     }
     seen = sum(body(room, guest, outbox, body_at(1.0, n)) for n in range(1, 200))
-    assert seen == 40
-    assert room.session.refused["rate"] == 159
+    assert seen == 100
+    assert room.session.refused["rate"] == 99
 
 
 def test_what_the_session_draws_goes_to_the_log_and_comes_not_back(room):
