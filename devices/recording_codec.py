@@ -18,7 +18,14 @@ import numpy as np
 
 from devices.messages import EncodedFrame, Event
 from scenes.pose import Pose
-from scenes.state import Annotation, Avatar, LiveSurface, TrackedObject, TrackState
+from scenes.state import (
+    Annotation,
+    Avatar,
+    AvatarGone,
+    LiveSurface,
+    TrackedObject,
+    TrackState,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,8 +96,16 @@ class RecordedAvatar:
 
 
 @dataclass(frozen=True, slots=True)
+class RecordedAvatarGone:
+    """An avatar that ended by `t_ns`."""
+
+    t_ns: int
+    gone: AvatarGone
+
+
+@dataclass(frozen=True, slots=True)
 class RecordedSurface:
-    """A surface that became live, or changed, at `t_ns`."""
+    """A surface that became live, changed, or was removed (no corners), at `t_ns`."""
 
     t_ns: int
     surface: LiveSurface
@@ -98,7 +113,7 @@ class RecordedSurface:
 
 @dataclass(frozen=True, slots=True)
 class RecordedAnnotation:
-    """A line as it was drawn by `t_ns`; one with the same id replaces it."""
+    """A line as it was drawn by `t_ns`; a newer one replaces it, one without points ends it."""
 
     t_ns: int
     annotation: Annotation
@@ -110,6 +125,7 @@ RecordedValue = (
     | RecordedTrack
     | RecordedTruth
     | RecordedAvatar
+    | RecordedAvatarGone
     | RecordedSurface
     | RecordedAnnotation
     | Event
@@ -155,6 +171,9 @@ def encode_message(value: RecordedValue) -> Encoded:
         case RecordedAvatar(t_ns, avatar):
             head = ("/avatars", "gaussiannexus.Avatar", t_ns, 0)
             fields = _avatar_fields(avatar)
+        case RecordedAvatarGone(t_ns, gone):
+            head = ("/avatars/gone", "gaussiannexus.AvatarGone", t_ns, 0)
+            fields = {"user_id": gone.user_id}
         case RecordedSurface(t_ns, surface):
             head = ("/surfaces", "gaussiannexus.LiveSurface", t_ns, 0)
             fields = _surface_fields(surface)
@@ -183,6 +202,7 @@ def decode_message(encoded: Encoded) -> RecordedValue:
         "gaussiannexus.TrackedObject": _track,
         "gaussiannexus.Truth": _truth,
         "gaussiannexus.Avatar": _avatar,
+        "gaussiannexus.AvatarGone": _avatar_gone,
         "gaussiannexus.LiveSurface": _surface,
         "gaussiannexus.Annotation": _annotation,
         "gaussiannexus.Event": _event,
@@ -347,15 +367,20 @@ def _avatar(encoded: Encoded, fields: dict[str, Any]) -> RecordedAvatar:
         fields["user_id"],
         fields["role"],
         Pose.from_matrix(fields["world_from_head"]),
-        tuple(np.array(hand, dtype=np.float64) for hand in fields["hands"]),
+        # A hand without joints keeps the place of the other one.
+        tuple(np.array(hand, dtype=np.float64).reshape(-1, 3) for hand in fields["hands"]),
         None if ray is None else np.array(ray, dtype=np.float64),
     )
     return RecordedAvatar(encoded.t_ns, avatar)
 
 
+def _avatar_gone(encoded: Encoded, fields: dict[str, Any]) -> RecordedAvatarGone:
+    return RecordedAvatarGone(encoded.t_ns, AvatarGone(str(fields["user_id"])))
+
+
 def _surface(encoded: Encoded, fields: dict[str, Any]) -> RecordedSurface:
     width, height = (int(side) for side in fields["size_px"])
-    corners = np.array(fields["corners_in_world"], dtype=np.float64)
+    corners = np.array(fields["corners_in_world"], dtype=np.float64).reshape(-1, 3)
     surface = LiveSurface(fields["surface_id"], corners, (width, height), fields["stream_id"])
     return RecordedSurface(encoded.t_ns, surface)
 

@@ -45,6 +45,7 @@ SCHEMAS: Mapping[str, Mapping[str, str]] = {
         "hands": "array",
         "ray": "array",
     },
+    "gaussiannexus.AvatarGone": {"user_id": "string"},
     "gaussiannexus.LiveSurface": {
         "surface_id": "string",
         "corners_in_world": "array",

@@ -1,9 +1,13 @@
-"""Gives memory that nobody uses any more back to the operating system."""
+"""Memory of this program: measured, and given back to the operating system."""
 
 from __future__ import annotations
 
 import ctypes
 import gc
+from collections.abc import Collection, Sequence
+from contextlib import suppress
+from pathlib import Path
+from statistics import median
 
 M_MMAP_THRESHOLD, M_ARENA_MAX = -3, -8
 """Names of glibc's options, as `malloc.h` has them."""
@@ -12,6 +16,10 @@ LARGE_BYTES, HEAPS = 1 << 20, 1
 """From which size a block has pages of its own, and how many heaps all others share, chosen: of
 eight ways tried, these together kept the least from round to round. Threads keep small blocks of
 their own, and large ones come from no heap: few wait for each other."""
+
+
+MIN_SAMPLES = 20
+"""Samples from which growth is said, chosen: two for every tenth."""
 
 
 def give_back_memory() -> None:
@@ -44,3 +52,42 @@ def return_free_pages() -> None:
     trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
     if trim is not None:
         trim(0)
+
+
+def resident_kib(*, but: Collection[int] = ()) -> float:
+    """Return the memory of this process and those that it has started, KiB.
+
+    Args:
+        but: ids of processes that do not count.
+    """
+    import resource  # not on every system, as the files below
+
+    pages = 0
+    for process in ("self", *_children()):
+        if process == "self" or int(process) not in but:
+            with suppress(OSError):  # it may have ended
+                statm = Path("/proc", process, "statm").read_text(encoding="ascii")
+                pages += int(statm.split()[1])
+    return pages * resource.getpagesize() / 1024
+
+
+def growth_percent(kib: Sequence[float]) -> float | None:
+    """Return the growth from the end of the first quarter to the last tenth, percent.
+
+    Args:
+        kib: samples at even times; too few, or a system that does not say, give None.
+    """
+    if len(kib) < MIN_SAMPLES or min(kib) <= 0.0:
+        return None
+    quarter, tenth = len(kib) // 4, len(kib) // 10
+    before = median(kib[quarter : quarter + tenth])
+    return 100.0 * (median(kib[-tenth:]) / before - 1.0)
+
+
+def _children() -> list[str]:
+    """Return the ids of the processes that this one has started."""
+    found: list[str] = []
+    for each in Path("/proc/self/task").glob("*/children"):
+        with suppress(OSError):  # a thread may have ended
+            found += each.read_text(encoding="ascii").split()
+    return found

@@ -103,7 +103,7 @@ class LiveSurface:
 
     Attributes:
         surface_id: unique in the session.
-        corners_in_world: (4, 3) metres, clockwise from the top left.
+        corners_in_world: (4, 3) metres, clockwise from the top left; (0, 3) of one that is removed.
         size_px: (width, height) of the rectified picture.
         stream_id: which camera it is taken from.
     """
@@ -135,12 +135,19 @@ class Avatar:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Annotation:
-    """A polyline (N, 3) drawn in the world, in metres, by a user."""
+    """A polyline (N, 3) drawn in the world, in metres, by a user; without points it is erased."""
 
     annotation_id: str
     user_id: str
     points_in_world: NDArray[np.float64]
     colour: tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class AvatarGone:
+    """End of an avatar: its user has left, or shows no body any more."""
+
+    user_id: str
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -166,31 +173,55 @@ class SceneState:
     world_from_rig: Pose | None = None
 
 
-StateChange = TrackedObject | LiveSurface | Avatar | Annotation
+StateChange = TrackedObject | LiveSurface | Avatar | AvatarGone | Annotation
 """Changes that the reducer accepts."""
 
 
 def reduce_state(state: SceneState, change: StateChange, t_ns: int) -> SceneState:
-    """The next state. An object's pose older than the one known is ignored (same state returned).
+    """Return the next state.
+
+    The same state is returned for a pose older than the one known, and for the end of what is not
+    there. A surface without corners and an annotation without points remove the one with their id.
 
     Args:
         state: current state; stays valid.
-        change: a pose, surface, avatar or annotation, replacing the one with its id.
+        change: a pose, surface, avatar or annotation, replacing the one with its id; or an
+            avatar's end.
         t_ns: session time of the change.
     """
-    if isinstance(change, TrackedObject):
-        known = state.objects.get(change.object_id)
-        if known is not None and known.t_ns > change.t_ns:
-            return state
-        changed = {"objects": _with(state.objects, change.object_id, change)}
-    elif isinstance(change, LiveSurface):
-        changed = {"surfaces": _with(state.surfaces, change.surface_id, change)}
-    elif isinstance(change, Avatar):
-        changed = {"avatars": _with(state.avatars, change.user_id, change)}
-    else:
-        changed = {"annotations": _with(state.annotations, change.annotation_id, change)}
+    match change:
+        case TrackedObject():
+            known = state.objects.get(change.object_id)
+            if known is not None and known.t_ns > change.t_ns:
+                return state
+            changed = {"objects": _with(state.objects, change.object_id, change)}
+        case LiveSurface():
+            is_there = len(change.corners_in_world) > 0
+            items = _set(state.surfaces, change.surface_id, value=change if is_there else None)
+            changed = {"surfaces": items}
+        case Avatar():
+            changed = {"avatars": _with(state.avatars, change.user_id, change)}
+        case AvatarGone():
+            changed = {"avatars": _set(state.avatars, change.user_id, value=None)}
+        case Annotation():
+            is_there = len(change.points_in_world) > 0
+            items = _set(
+                state.annotations, change.annotation_id, value=change if is_there else None
+            )
+            changed = {"annotations": items}
+    if all(value is getattr(state, name) for name, value in changed.items()):
+        return state
     return replace(state, version=state.version + 1, t_ns=max(state.t_ns, t_ns), **changed)
 
 
 def _with(mapping: Mapping[str, T], key: str, value: T) -> Mapping[str, T]:
     return MappingProxyType({**mapping, key: value})
+
+
+def _set(mapping: Mapping[str, T], key: str, *, value: T | None) -> Mapping[str, T]:
+    """Return the mapping with a value, or without it; the same one where it never was."""
+    if value is not None:
+        return _with(mapping, key, value)
+    if key not in mapping:
+        return mapping
+    return MappingProxyType({k: v for k, v in mapping.items() if k != key})

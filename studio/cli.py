@@ -93,6 +93,12 @@ VERBS = (
         "nexus simulate camera lab --push rtmp://127.0.0.1:1935/live/room",
     ),
     Verb(
+        "simulate quest",
+        "studio.verbs.simulate_quest",
+        "let simulated people with headsets join a live session, with faults",
+        "nexus simulate quest http://127.0.0.1:40123/ --code 123456 --seconds 60",
+    ),
+    Verb(
         "track",
         "studio.verbs.track",
         "follow a scene's objects in recorded footage and write their poses",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -133,6 +133,28 @@ class BodyChannel:
             for index, (number, of_person, item) in self._newest.items()
             if number > counter and index != but
         ]
+
+
+@dataclass(slots=True)
+class PictureChannel:
+    """Newest picture of each live surface, as it is sent."""
+
+    counter: int = 0
+    _newest: dict[str, tuple[int, bytes]] = field(default_factory=dict[str, "tuple[int, bytes]"])
+
+    def put(self, surface_id: str, message: bytes) -> None:
+        """Take the newest picture of a surface."""
+        self.counter += 1
+        self._newest[surface_id] = (self.counter, message)
+
+    def keep(self, surfaces: Collection[str]) -> None:
+        """Forget pictures of all other surfaces."""
+        for gone in self._newest.keys() - surfaces:
+            del self._newest[gone]
+
+    def next_after(self, counter: int) -> tuple[int, bytes] | None:
+        """Return the number and message of the oldest newer picture; None if there is none."""
+        return min((each for each in self._newest.values() if each[0] > counter), default=None)
 
 
 def _object_text(tracked: TrackedObject) -> str:

@@ -175,7 +175,12 @@ class Connection:
                 await self._send_control(now_ns)
                 while True:
                     with session.lock:
-                        message = outbox.take(session.states, session.bodies, now_ns=clock.now_ns())
+                        message = outbox.take(
+                            session.states,
+                            session.bodies,
+                            now_ns=clock.now_ns(),
+                            pictures=session.pictures,
+                        )
                     if message is None:
                         break
                     self._sending_since_ns = clock.now_ns()

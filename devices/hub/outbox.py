@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from devices.hub.channels import BodyChannel, StateChannel, to_text
+from devices.hub.channels import BodyChannel, PictureChannel, StateChannel, to_text
 from devices.hub.wire import join_items
 
 MAX_TEXTS = 1000
@@ -49,6 +50,7 @@ class Outbox:
     is_overfull: bool = False
     token_number: int = 0
     next_body_ns: int = 0
+    _first: deque[str] = field(default_factory=deque[str])
     _texts: deque[str] = field(default_factory=deque[str])
     _text_bytes: int = 0
     _people: str | None = None
@@ -57,17 +59,18 @@ class Outbox:
     _sent_version: int = -1
     _unseen: deque[int] = field(default_factory=deque[int])
     _sent_bodies: int = 0
+    _sent_pictures: int = 0
     _body_numbers: dict[int, int] = field(default_factory=dict[int, int])
 
-    def begin(self, welcome: str, *, version: int, token_number: int) -> None:
-        """Put the first message; states after that version follow it, and everybody's body.
+    def begin(self, texts: Sequence[str], *, version: int, token_number: int) -> None:
+        """Put the first texts; states after that version follow them, and everybody's body.
 
         Args:
-            welcome: the message.
+            texts: the welcome, and the log that was missed: however long, nobody is slow yet.
             version: of the state in it.
             token_number: of the token in it.
         """
-        self.put(welcome)
+        self._first.extend(texts)
         self._first_version = self._sent_version = version
         self.token_number = token_number
 
@@ -91,6 +94,7 @@ class Outbox:
         """Send nothing more but goodbye."""
         if self.is_ending:
             return
+        self._first.clear()
         self._texts.clear()
         self._text_bytes = 0
         self.put(to_text({"kind": "bye", "why": why}))
@@ -102,15 +106,25 @@ class Outbox:
             self._unseen.popleft()
         return self._first_version <= version <= self._sent_version
 
-    def take(self, states: StateChannel, bodies: BodyChannel, *, now_ns: int) -> str | bytes | None:
+    def take(
+        self,
+        states: StateChannel,
+        bodies: BodyChannel,
+        *,
+        now_ns: int,
+        pictures: PictureChannel | None = None,
+    ) -> str | bytes | None:
         """Return the next message; None where nothing is due.
 
         Args:
             states: newest state.
             bodies: newest bodies.
             now_ns: session time.
+            pictures: newest pictures of live surfaces, which wait for all else.
         """
         message = self._next(states, bodies, now_ns=now_ns)
+        if message is None and pictures is not None and not self.is_ending:
+            message = self._picture(pictures)
         if message is not None:
             self.sent.messages += 1
             self.sent.bytes += len(message)
@@ -119,6 +133,8 @@ class Outbox:
     def _next(
         self, states: StateChannel, bodies: BodyChannel, *, now_ns: int
     ) -> str | bytes | None:
+        if self._first:
+            return self._first.popleft()
         if self._texts:
             text = self._texts.popleft()
             self._text_bytes -= len(text)
@@ -140,6 +156,13 @@ class Outbox:
             self._unseen.append(states.version)
             return message
         return None
+
+    def _picture(self, pictures: PictureChannel) -> bytes | None:
+        found = pictures.next_after(self._sent_pictures)
+        if found is None:
+            return None
+        self._sent_pictures, message = found
+        return message
 
     def _bundle(self, bodies: BodyChannel) -> bytes | None:
         newer = bodies.since(self._sent_bodies, but=self.index)

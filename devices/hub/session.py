@@ -16,7 +16,13 @@ import numpy as np
 from devices.hub.admission import Admission, Refused
 from devices.hub.attendance import Attendance, Guest
 from devices.hub.board import Board, drawn_by_room
-from devices.hub.channels import BodyChannel, LogChannel, StateChannel, to_text
+from devices.hub.channels import (
+    BodyChannel,
+    LogChannel,
+    PictureChannel,
+    StateChannel,
+    to_text,
+)
 from devices.hub.contract import Arrived
 from devices.hub.entry.pairing import PairingCodes, PairingRefused
 from devices.hub.entry.rates import Bucket
@@ -72,6 +78,7 @@ class Session:
         self.lock = threading.RLock()
         self.codes = codes
         self.states, self.log, self.bodies = StateChannel(), LogChannel(), BodyChannel()
+        self.pictures = PictureChannel()
         self.sent, self.refused = Sent(), Counter[str]()
         self._say = say
         self._attendance, self._board, self._inbox = Attendance(), Board(), Inbox()
@@ -199,6 +206,7 @@ class Session:
             if np.all(np.isfinite(drawn.points)) and self._board.put(drawn):
                 self._tell_all(self.log.add(drawn.entry()))
         self.states.take(state)
+        self.pictures.keep(state.surfaces.keys())
 
     def tick(self, now_ns: int) -> None:
         """Do what is due: fresh tokens, and whoever was away too long is gone."""
@@ -304,9 +312,8 @@ class Session:
             "t_us": now_ns // 1000,
         }
         welcome = f'{to_text(fields)[:-1]},"state":{state}}}'
-        outbox.begin(welcome, version=states.version, token_number=guest.newest_token)
-        for entry in entries or ():
-            outbox.put(entry)
+        texts = [welcome, *(entries or ())]
+        outbox.begin(texts, version=states.version, token_number=guest.newest_token)
 
     def _do(self, visit: Visit, do: Do, *, now_ns: int) -> None:
         guest, outbox = visit.guest, visit.outbox

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import threading
 from collections import Counter
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 from devices.camera.lenses.layout import LensLayout
-from devices.camera.received import CameraStatus, Received
+from devices.camera.received import Received
 from devices.camera.receiver import CameraReceiver
 from devices.clock import Clock
 from devices.insta360.condition import watch_condition
@@ -21,17 +21,20 @@ from scenes.render.renderer import Renderer
 from scenes.state import LiveSurface
 from studio.live.approach import Approach
 from studio.live.camera_frames import STREAM_ID, CameraFrames, PacketTap, PictureTimes, measured_fps
-from studio.live.changes import Change, Changes
+from studio.live.changes import Changes
+from studio.live.people.entering import Entrance, People
+from studio.live.people.pictures import SurfacePictures
 from studio.live.placing import Locate, Placed, PlacedCamera, place_camera
 from studio.live.relocation import Lookout, Relocation
 from studio.live.setup import LiveSetup
 from studio.live.shortfalls import Losses
-from studio.live.status import Journal, LiveState, LiveStatus
+from studio.live.status import Journal, LiveResult, LiveState, LiveStatus
 from studio.session.latency import Latencies
 from studio.session.opening import open_live_session, scene_hash
 from studio.session.plan import Pace, SessionPlan
 from studio.session.records.provenance import library_versions
 from studio.session.session import Session, SessionOutput, SessionResult
+from studio.session.sources import SessionMessage
 from tracking.options import TrackerOptions
 
 RETURN_PAGES_EVERY_S = 20.0
@@ -39,37 +42,6 @@ RETURN_PAGES_EVERY_S = 20.0
 
 SHOWN_STAGES = 300
 """Pictures whose durations a window shows: ten seconds at 30 Hz."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class LiveResult:
-    """How a live session went.
-
-    Attributes:
-        session: pictures and durations; None where the camera was never ready.
-        camera: the receiver's last word.
-        placed: lenses and pose.
-        duration_s: from the first tracked picture to the end.
-        live_s: of these, seconds live.
-        events: what happened, oldest first.
-        changes: what people changed, oldest first.
-        latencies: durations of all stages from a picture's last byte to its poses.
-        recording: where it is recorded; None if it is not.
-        recording_failure: why the recording is not whole; empty if it is.
-        dropped: pictures that came while the tracker was busy, after the first tracked one.
-    """
-
-    session: SessionResult | None
-    camera: CameraStatus
-    placed: PlacedCamera | None
-    duration_s: float
-    live_s: float
-    events: tuple[Event, ...]
-    changes: tuple[Change, ...]
-    latencies: Latencies
-    recording: Path | None
-    recording_failure: str
-    dropped: int = 0
 
 
 class LiveSession:
@@ -85,6 +57,7 @@ class LiveSession:
         record_to: the recording; None for none.
         asks: whether a person confirms a doubtful layout and says when to go live and to try again;
             without one, the likeliest layout is taken and it goes live as soon as it can.
+        people: hub of those who are connected; None where nobody can join.
     """
 
     def __init__(
@@ -98,6 +71,7 @@ class LiveSession:
         locate: Locate,
         record_to: Path | None = None,
         asks: bool = False,
+        people: People | None = None,
     ) -> None:
         self.scene = scene
         self.setup = setup
@@ -111,6 +85,8 @@ class LiveSession:
         self.tracked: Session | None = None
         """Session that tracks and records; None before the camera is placed."""
         self._asks = asks
+        self._entrance = None if people is None else Entrance(people)
+        self._pictures = None if people is None else SurfacePictures(people)
         self._ended = threading.Event()
         self._goes_live = threading.Event()
         self._journal = Journal(clock)
@@ -282,6 +258,8 @@ class LiveSession:
             self._receiver.close()
             if self._condition is not None:
                 self._condition.close()
+            if self._pictures is not None:
+                self._pictures.close()
             self._journal.say(LiveState.ENDED, "the session has ended")
         since = self._first_ns or self._end_ns
         return LiveResult(
@@ -341,7 +319,7 @@ class LiveSession:
             plan,
             self.scene,
             info,
-            lambda: frames.messages(self._journal.take_notes, session.record_packet),
+            lambda: self._entered(frames.messages(self._journal.take_notes, session.record_packet)),
             self._clock,
         )
         if self._changes.options != TrackerOptions():
@@ -352,9 +330,17 @@ class LiveSession:
             frames.end()
         return session.run(lambda output: self._watched(output, watch))
 
+    def _entered(self, messages: Iterator[SessionMessage]) -> Iterator[SessionMessage]:
+        """Return the camera's messages with what people have sent."""
+        return messages if self._entrance is None else map(self._entrance.enter, messages)
+
     def _watched(self, output: SessionOutput, watch: Callable[[SessionOutput], None]) -> None:
         frames = self._frames
         assert frames is not None
+        if self._entrance is not None:
+            self._entrance.publish(output.state)
+        if self._pictures is not None:
+            self._pictures.show(output.surfaces, output.now_ns)
         self._journal.add(output.input.events)
         if frames.times is not None and self._last is not None:
             # The first picture's search is nobody's delay.

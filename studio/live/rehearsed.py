@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import resource
 import time
 from collections import deque
-from collections.abc import Callable
-from contextlib import ExitStack, suppress
+from collections.abc import Callable, Iterable
+from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
 
-import numpy as np
-
 from devices.camera.receiver import HELD_AFTER_NS
+from scenes.memory import growth_percent, resident_kib
 from scenes.workers.task import Task
 from sim.camera.camera360 import default_rig
 from sim.wire.streaming.truth_file import TruthRow, read_truth
@@ -27,9 +25,9 @@ from studio.live.against_truth import (
     object_row,
     recovery_row,
 )
-from studio.live.live import LiveResult, LiveSession
+from studio.live.live import LiveSession
 from studio.live.simulated_camera import SimulatedCamera, SimulatedFeed
-from studio.live.status import LiveState
+from studio.live.status import LiveResult, LiveState
 from studio.session.session import SessionOutput
 from studio.session.trackers.camera_events import event_kind
 from tracking.output import CameraMoment
@@ -76,6 +74,7 @@ class RehearsedLive:
         feed: what the camera plays.
         truth: file for the camera's truth.
         seconds: that the session is live; None for no end.
+        apart: ids of processes that are none of the session's, beside the camera's.
     """
 
     def __init__(
@@ -85,7 +84,9 @@ class RehearsedLive:
         *,
         truth: Path,
         seconds: float | None,
+        apart: Callable[[], Iterable[int]] = tuple,
     ) -> None:
+        self._apart = apart
         self._session = session
         self._truth = truth
         self._seconds = seconds
@@ -208,14 +209,13 @@ class RehearsedLive:
         ]
 
     def _memory_row(self) -> Row:
-        """Growth from the end of the session's first quarter to its last tenth."""
-        kib = np.array([value for _, value in self._rss_kib])
-        if len(kib) < 20:
-            return at_most("live.rss_growth_percent", float("nan"), "%", bar=RSS_BAR_PERCENT)
-        quarter, tenth = len(kib) // 4, max(len(kib) // 10, 1)
-        before = float(np.median(kib[quarter : quarter + tenth]))
-        growth = 100.0 * (float(np.median(kib[-tenth:])) / before - 1.0)
-        return at_most("live.rss_growth_percent", growth, "%", bar=RSS_BAR_PERCENT)
+        growth = growth_percent([value for _, value in self._rss_kib])
+        return at_most(
+            "live.rss_growth_percent",
+            float("nan") if growth is None else growth,
+            "%",
+            bar=RSS_BAR_PERCENT,
+        )
 
     def _directed(self, task: Task[None]) -> None:
         cut = False
@@ -226,7 +226,8 @@ class RehearsedLive:
             live_s = status.live_s
             if live_s is None:
                 continue
-            self._rss_kib.append((live_s, _resident_kib(but=self._running().process_id)))
+            apart = {self._running().process_id, *self._apart()}
+            self._rss_kib.append((live_s, resident_kib(but=apart)))
             wanted = CUT_AT_S + CUT_FOR_S + AFTER_CUT_S
             is_long = self._seconds is None or self._seconds >= wanted
             if not cut and is_long and live_s >= CUT_AT_S:
@@ -248,24 +249,3 @@ class RehearsedLive:
 
 NOTICED = frozenset(map(event_kind, (CameraMoment.BUMPED, CameraMoment.NOT_FOUND)))
 """Kinds of the session's events by which it says that the camera was moved."""
-
-
-def _resident_kib(*, but: int) -> float:
-    """Memory of the session and its processes, KiB, without one: the simulated camera."""
-    pages = 0
-    for process in ("self", *_children()):
-        if process != str(but):
-            with suppress(OSError):  # it may have ended
-                statm = Path("/proc", process, "statm").read_text(encoding="ascii")
-                pages += int(statm.split()[1])
-    return pages * resource.getpagesize() / 1024
-
-
-def _children() -> list[str]:
-    """Ids of the processes that this one has started."""
-    lists = Path("/proc/self/task").glob("*/children")
-    found: list[str] = []
-    for each in lists:
-        with suppress(OSError):  # a thread may have ended
-            found += each.read_text(encoding="ascii").split()
-    return found

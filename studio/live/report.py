@@ -13,8 +13,8 @@ import numpy as np
 from scenes.formats.storage.atomic import write_file
 from studio.console.rows import Row, as_json
 from studio.console.spoken import spoken
-from studio.live.live import LiveResult
 from studio.live.shortfalls import drop_words
+from studio.live.status import LiveResult
 from studio.reports.page import page
 from studio.session.preflight import Check
 

@@ -1,4 +1,4 @@
-"""State of a live session: one immutable answer for whoever shows it, and its events."""
+"""State of a live session, one immutable answer for whoever shows it; its events; its result."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections import deque
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
+from pathlib import Path
 
 from devices.camera.lenses.search import FoundLayout
 from devices.camera.received import CameraStatus
@@ -14,8 +15,10 @@ from devices.clock import Clock
 from devices.clock_mapping import ClockEstimate
 from devices.insta360.condition import CameraCondition
 from devices.messages import Event
+from studio.live.changes import Change
 from studio.live.placing import PlacedCamera
-from studio.session.latency import StageTime
+from studio.session.latency import Latencies, StageTime
+from studio.session.session import SessionResult
 
 
 class LiveState(StrEnum):
@@ -131,3 +134,34 @@ class Journal:
         """Return the events so far, oldest first."""
         with self._lock:
             return tuple(self._events)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LiveResult:
+    """How a live session went.
+
+    Attributes:
+        session: pictures and durations; None where the camera was never ready.
+        camera: the receiver's last word.
+        placed: lenses and pose.
+        duration_s: from the first tracked picture to the end.
+        live_s: of these, seconds live.
+        events: what happened, oldest first.
+        changes: what people changed, oldest first.
+        latencies: durations of all stages from a picture's last byte to its poses.
+        recording: where it is recorded; None if it is not.
+        recording_failure: why the recording is not whole; empty if it is.
+        dropped: pictures that came while the tracker was busy, after the first tracked one.
+    """
+
+    session: SessionResult | None
+    camera: CameraStatus
+    placed: PlacedCamera | None
+    duration_s: float
+    live_s: float
+    events: tuple[Event, ...]
+    changes: tuple[Change, ...]
+    latencies: Latencies
+    recording: Path | None
+    recording_failure: str
+    dropped: int = 0

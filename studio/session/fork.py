@@ -19,18 +19,21 @@ from devices.messages import EncodedFrame, Event
 from devices.recording import RecordingError, read_recording, read_session
 from devices.recording_codec import (
     FrameStamp,
+    RecordedAnnotation,
+    RecordedAvatar,
+    RecordedAvatarGone,
     RecordedSurface,
     RecordedTrack,
     track_to_json,
 )
 from devices.session_info import ForkOrigin, ScenarioChange, SessionInfo
-from scenes.state import LiveSurface, TrackedObject
+from scenes.state import Annotation, Avatar, AvatarGone, LiveSurface, TrackedObject
 from sim.faults.fault import Fault
 from sim.scenarios.scenario import Scenario, load_scenario, parse_scenario
 from sim.scenarios.switch import Switch
 from sim.tables import ScenarioError
 from studio.session.records.provenance import library_versions
-from studio.session.sources import SessionMessage, time_ns_of
+from studio.session.sources import PEOPLE, SessionInput, SessionMessage, time_ns_of
 from studio.session.trackers.settings import is_settings
 from tracking.output import TrackOutput
 
@@ -83,7 +86,8 @@ class Fork:
     def proven(self, messages: Iterator[SessionMessage]) -> Iterator[SessionMessage]:
         """The simulator's messages, each held to the recorded one until the session is its own.
 
-        Until then they carry the recorded tracks, for `check_tracks`, and what a user made live.
+        Until then they carry the recorded tracks, for `check_tracks`, and what users did: surfaces
+        that they made live, and people who were connected, with their lines.
 
         Raises:
             ValueError: a frame is not as recorded.
@@ -133,13 +137,7 @@ class Fork:
             or recorded.stamp.received_ns != frame.received_ns
         ):
             raise self._different(message, "its picture")
-        known = {surface.surface_id for surface in message.input.surfaces}
-        by_users = tuple(s for s in recorded.surfaces if s.surface_id not in known)
-        live = replace(
-            message.input,
-            surfaces=message.input.surfaces + by_users,
-            events=message.input.events + recorded.settings,
-        )
+        live = _with_users(message.input, recorded)
         return replace(message, input=live, recorded=recorded.tracks)
 
     def _different(self, message: SessionMessage, what: str) -> ValueError:
@@ -249,7 +247,10 @@ class _RecordedFrame:
     packet: EncodedFrame | None
     tracks: tuple[NamedTrack, ...]
     surfaces: tuple[LiveSurface, ...]
-    settings: tuple[Event, ...]
+    events: tuple[Event, ...]
+    avatars: tuple[Avatar, ...]
+    lines: tuple[Annotation, ...]
+    gone: tuple[AvatarGone, ...]
 
 
 def _recorded_frames(recording: Path) -> Iterator[_RecordedFrame]:
@@ -263,8 +264,40 @@ def _recorded_frames(recording: Path) -> Iterator[_RecordedFrame]:
                 _first(values, EncodedFrame),
                 tuple((v.method, v.track) for v in values if isinstance(v, RecordedTrack)),
                 tuple(v.surface for v in values if isinstance(v, RecordedSurface)),
-                tuple(v for v in values if isinstance(v, Event) and is_settings(v)),
+                tuple(v for v in values if isinstance(v, Event) and _is_by_users(v)),
+                tuple(v.avatar for v in values if isinstance(v, RecordedAvatar)),
+                tuple(v.annotation for v in values if isinstance(v, RecordedAnnotation)),
+                tuple(v.gone for v in values if isinstance(v, RecordedAvatarGone)),
             )
+
+
+def _is_by_users(event: Event) -> bool:
+    """Whether no simulator says an event again."""
+    return is_settings(event) or event.source == PEOPLE
+
+
+def _with_users(live: SessionInput, recorded: _RecordedFrame) -> SessionInput:
+    """Return the simulator's input with what users added to it."""
+    surfaces = {item.surface_id for item in live.surfaces}
+    people = {item.user_id for item in live.avatars}
+    lines = {item.annotation_id for item in live.annotations}
+    return replace(
+        live,
+        surfaces=(
+            *live.surfaces,
+            *(item for item in recorded.surfaces if item.surface_id not in surfaces),
+        ),
+        events=live.events + recorded.events,
+        avatars=(
+            *live.avatars,
+            *(item for item in recorded.avatars if item.user_id not in people),
+        ),
+        annotations=(
+            *live.annotations,
+            *(item for item in recorded.lines if item.annotation_id not in lines),
+        ),
+        gone=live.gone + recorded.gone,
+    )
 
 
 def _first(values: Sequence[object], kind: type[T]) -> T | None:

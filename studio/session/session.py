@@ -19,6 +19,7 @@ from devices.recording import Recorder
 from devices.recording_codec import (
     RecordedAnnotation,
     RecordedAvatar,
+    RecordedAvatarGone,
     RecordedSurface,
     RecordedTrack,
     RecordedValue,
@@ -26,7 +27,7 @@ from devices.recording_codec import (
 from devices.session_info import SessionInfo
 from devices.streams import BoundedQueue
 from scenes.package import ScenePackage
-from scenes.state import Annotation, LiveSurface, SceneState, reduce_state
+from scenes.state import Annotation, AvatarGone, LiveSurface, SceneState, reduce_state
 from studio.session.latency import Latencies
 from studio.session.live_surfaces import LiveSurfaces
 from studio.session.pipeline import Executor, RecorderThread
@@ -50,7 +51,8 @@ log = logging.getLogger(__name__)
 COMMANDS = 64
 """Requests of users that may wait for a session."""
 LINES = 1024
-"""Drawn lines that may wait while a frame is tracked: a line that grows comes once a frame."""
+"""Drawn lines, and ends of avatars, that may wait while a frame is tracked: a line that grows comes
+once a frame."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -138,7 +140,7 @@ class Session:
         self._scene_state = SceneState()
         self._live_surfaces = LiveSurfaces(scene)
         self._made_live: BoundedQueue[LiveSurface] = BoundedQueue(COMMANDS, name="commands")
-        self._drawn: BoundedQueue[Annotation] = BoundedQueue(LINES, name="annotations")
+        self._drawn: BoundedQueue[Annotation | AvatarGone] = BoundedQueue(LINES, name="annotations")
         self._settings = TrackerSettings(self._methods, plan.options)
         self._frames = self._lost = 0
         self._next_seq = 0
@@ -320,8 +322,8 @@ class Session:
             self._write(event)
         return replace(message, input=replace(live, events=(*live.events, *said)))
 
-    def _new_lines(self) -> Iterator[Annotation]:
-        """Return the lines drawn since the last frame that was tracked."""
+    def _new_lines(self) -> Iterator[Annotation | AvatarGone]:
+        """Return the lines drawn, and avatars ended, since the last frame that was tracked."""
         while (line := self._drawn.take()) is not None:
             yield line
 
@@ -366,11 +368,13 @@ class Session:
             self._write(RecordedAvatar(frame.t_ns, avatar))
         for line in live.annotations:
             self._write(RecordedAnnotation(frame.t_ns, line))
+        for gone in live.gone:
+            self._write(RecordedAvatarGone(frame.t_ns, gone))
         if message.truth is not None:
             self._write(message.truth.recorded)
         # A frame may be dropped on its way to the stages, what came with it once may not.
-        for line in live.annotations:
-            self._drawn.put(line)
+        for change in (*live.annotations, *live.gone):
+            self._drawn.put(change)
         for surface in live.surfaces:
             self.make_live(surface)
 

@@ -15,6 +15,7 @@ from devices.recording_codec import (
     FrameStamp,
     RecordedAnnotation,
     RecordedAvatar,
+    RecordedAvatarGone,
     RecordedSurface,
     RecordedTrack,
     RecordedTruth,
@@ -22,7 +23,7 @@ from devices.recording_codec import (
 )
 from devices.replay import FrameAssembler
 from devices.session_info import SessionInfo
-from scenes.state import Annotation, Avatar, LiveSurface, TrackedObject
+from scenes.state import Annotation, Avatar, AvatarGone, LiveSurface, TrackedObject
 from sim.truth import GroundTruth
 from studio.session.live_surfaces import live_surface
 from studio.session.trackers.camera_events import is_camera_event
@@ -31,8 +32,11 @@ if TYPE_CHECKING:
     from sim.rehearsal import SimulatedStep
 
 
-Waiting = Event | RecordedSurface | RecordedAnnotation
+Waiting = Event | RecordedSurface | RecordedAnnotation | RecordedAvatarGone
 """Messages between frames of a recording, which enter with the next one."""
+
+PEOPLE = "people"
+"""Source of events of people who are connected."""
 
 Corners = Mapping[str, ArrayLike]
 """(4, 3) corners in the world by surface id."""
@@ -47,8 +51,9 @@ class SessionInput:
         packet: the frame as it left the camera; None where packets are recorded as they arrive.
         avatars: people at that time.
         events: what happened since the frame before.
-        surfaces: what has become live since the frame before.
-        annotations: lines that have been drawn or have grown since the frame before.
+        surfaces: what has become live, moved or been removed since the frame before.
+        annotations: lines that have been drawn, have grown or been erased since the frame before.
+        gone: avatars that have ended since the frame before.
     """
 
     frame: Frame
@@ -57,6 +62,7 @@ class SessionInput:
     events: tuple[Event, ...] = ()
     surfaces: tuple[LiveSurface, ...] = ()
     annotations: tuple[Annotation, ...] = ()
+    gone: tuple[AvatarGone, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -153,6 +159,7 @@ def _grouped(
             events=tuple(v for v in waiting if isinstance(v, Event)),
             surfaces=tuple(v.surface for v in waiting if isinstance(v, RecordedSurface)),
             annotations=tuple(v.annotation for v in waiting if isinstance(v, RecordedAnnotation)),
+            gone=tuple(v.gone for v in waiting if isinstance(v, RecordedAvatarGone)),
         )
         truth = next((GroundTruth(v) for v in values if isinstance(v, RecordedTruth)), None)
         tracks = tuple((v.method, v.track) for v in values if isinstance(v, RecordedTrack))

@@ -16,9 +16,17 @@ from scenes.workers.task import Task
 from studio.verbs.result_flags import add_result_flags, check_free, next_free
 
 if TYPE_CHECKING:
-    from studio.live.live import LiveResult, LiveSession
+    from devices.clock import Clock
+    from devices.hub.entry.tokens import Tokens
+    from devices.hub.server import Hub
+    from scenes.package import ScenePackage
+    from studio.console.rows import Row
+    from studio.live.live import LiveSession
+    from studio.live.people.crowd import Crowd
+    from studio.live.people.hosting import Hosting
     from studio.live.rehearsed import RehearsedLive
     from studio.live.setup import LiveSetup
+    from studio.live.status import LiveResult
     from studio.session.preflight import Check
     from studio.session.session import SessionOutput
 
@@ -57,6 +65,28 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seconds", type=float, metavar="N", help="end after so long live")
     parser.add_argument("--headless", action="store_true", help="without a window")
     parser.add_argument("--no-record", action="store_true", help="leave no recording")
+    people = parser.add_argument_group("people who join from a headset or a browser")
+    people.add_argument(
+        "--people",
+        type=int,
+        nargs="?",
+        const=0,
+        metavar="PORT",
+        help="let them join, from this computer alone (any free port)",
+    )
+    people.add_argument(
+        "--people-open", action="store_true", help="let the network reach them, over TLS"
+    )
+    people.add_argument(
+        "--invite", type=int, default=1, metavar="N", help="codes that are made at the start (1)"
+    )
+    people.add_argument(
+        "--clients",
+        type=int,
+        default=0,
+        metavar="N",
+        help="with --headless: so many simulated people join, and their delays are measured",
+    )
     add_result_flags(parser, DEFAULT_OUT)
     parser.add_argument("--json", action="store_true", help="print the figures as JSON")
 
@@ -69,6 +99,9 @@ def run(args: argparse.Namespace) -> int:
         raise ValueError(f"--seconds {args.seconds:g}: wanted more than 0")
     if (args.scenario or args.seed) and not args.simulated:
         raise ValueError("--scenario and --seed go with --simulated: a real camera has neither")
+    if args.clients and not args.headless:
+        raise ValueError("--clients goes with --headless: simulated people are measured there")
+    hosting = hosting_of(args)
     no_window = "" if args.headless else why_no_window()
     if no_window is None:
         from studio.app.model.jobs.live_job import LivePlan
@@ -83,6 +116,7 @@ def run(args: argparse.Namespace) -> int:
             seed=args.seed,
             seconds=args.seconds,
             records=not args.no_record,
+            hosting=hosting,
         )
         return live_in_window(plan)
     if no_window:
@@ -110,14 +144,13 @@ def setup_of(args: argparse.Namespace) -> LiveSetup:
 
 def _headless(args: argparse.Namespace) -> int:
     from devices.clock import WallClock
+    from devices.hub.entry.tokens import Tokens
     from scenes.opening import open_scene
     from scenes.render.native import NativeRenderer
-    from studio.console.rows import as_json, as_table, exit_code
     from studio.live.checks import live_checks
     from studio.live.live import LiveSession
     from studio.live.locating import RoomLocator
     from studio.live.recording_name import recording_in
-    from studio.live.rehearsed import RehearsedLive, usual_feed
     from studio.live.report import live_rows, write_report
     from studio.session.preflight import run_checks, save_checks
 
@@ -125,56 +158,171 @@ def _headless(args: argparse.Namespace) -> int:
     check_free(out, replaces=args.replace)
     scene = open_scene(args.scene)
     out.mkdir(parents=True, exist_ok=True)
-    renderer = NativeRenderer()
-    session = LiveSession(
-        args.scene,
-        scene,
-        setup_of(args),
-        clock=WallClock(),
-        renderer=renderer,
-        locate=RoomLocator(scene, renderer),
-        record_to=None if args.no_record else recording_in(out),
-    )
+    renderer, clock, tokens = NativeRenderer(), WallClock(), Tokens()
     with ExitStack() as stack:
-        rehearsed: RehearsedLive | None = None
-        if args.simulated:
-            truth = Path(stack.enter_context(tempfile.TemporaryDirectory())) / "truth.jsonl"
-            rehearsed = stack.enter_context(
-                RehearsedLive(
-                    session,
-                    usual_feed(args.scene, args.scenario, args.seed),
-                    truth=truth,
-                    seconds=args.seconds,
-                )
-            )
-            rehearsed.wait_for_stream(lambda text: print(text, file=sys.stderr))
-        elif session.status().listening_at:
-            print(f"enter in the camera: {session.status().listening_at}", file=sys.stderr)
+        hub = _hub(args, scene, clock=clock, stack=stack, tokens=tokens)
+        session = LiveSession(
+            args.scene,
+            scene,
+            setup_of(args),
+            clock=clock,
+            renderer=renderer,
+            locate=RoomLocator(scene, renderer),
+            record_to=None if args.no_record else recording_in(out),
+            people=hub,
+        )
+        crowd = _crowd(args, session, hub=hub, stack=stack, clock=clock, tokens=tokens)
+        rehearsed = _rehearsed(args, session, stack=stack, crowd=crowd)
+        if rehearsed is None and session.status().listening_at:
+            _say(f"enter in the camera: {session.status().listening_at}")
         simulated = None if rehearsed is None else lambda: "it streams"
         checks = run_checks(live_checks(session, recordings=out, simulated=simulated))
         save_checks(checks, out / "preflight.json")
         _print_checks(checks)
-        result = _play(session, rehearsed, args)
+        _say_how_to_join(args, hub)
+        result = _play(session, rehearsed, args, hub=hub)
         rows = live_rows(result)
         if rehearsed is not None:
             rows += rehearsed.rows(result)
+        if crowd is not None:
+            rows += crowd.rows()
     path = write_report(out, result, rows, scene=args.scene, checks=checks)
+    return _print_figures(args, rows, report=path, failure=result.recording_failure)
+
+
+def _rehearsed(
+    args: argparse.Namespace, session: LiveSession, *, stack: ExitStack, crowd: Crowd | None
+) -> RehearsedLive | None:
+    """Begin the simulated camera, until the stack is left, and wait for its stream."""
+    from studio.live.rehearsed import RehearsedLive, usual_feed
+
+    if not args.simulated:
+        return None
+    truth = Path(stack.enter_context(tempfile.TemporaryDirectory())) / "truth.jsonl"
+    rehearsed = stack.enter_context(
+        RehearsedLive(
+            session,
+            usual_feed(args.scene, args.scenario, args.seed),
+            truth=truth,
+            seconds=args.seconds,
+            apart=lambda: () if crowd is None else crowd.process_ids,
+        )
+    )
+    rehearsed.wait_for_stream(_say)
+    return rehearsed
+
+
+def _print_figures(
+    args: argparse.Namespace, rows: Sequence[Row], *, report: Path, failure: str
+) -> int:
+    """Print the figures; return the exit code."""
+    from studio.console.rows import as_json, as_table, exit_code
+
     if args.json:
         print(json.dumps(as_json("live", rows, args.seed if args.simulated else None), indent=2))
     else:
         print(as_table(rows))
-    print(f"report: {path}", file=sys.stderr)
-    if result.recording_failure:
-        print(f"nexus live: {result.recording_failure}", file=sys.stderr)
+    _say(f"report: {report}")
+    if failure:
+        _say(f"nexus live: {failure}")
         return 1
     return exit_code(rows)
 
 
+def hosting_of(args: argparse.Namespace) -> Hosting | None:
+    """Return where people join, as the flags ask for; None where they do not.
+
+    Raises:
+        ValueError: a number is out of range.
+    """
+    from studio.live.people.hosting import Hosting
+
+    if args.people is None and not args.people_open:
+        if not args.clients:
+            return None
+        invitations = 0
+    else:
+        invitations = args.invite
+    return Hosting(
+        args.people or 0,
+        args.people_open,
+        invitations,
+        max_people=Hosting().max_people + args.clients,
+    )
+
+
+def _hub(
+    args: argparse.Namespace,
+    scene: ScenePackage,
+    *,
+    clock: Clock,
+    stack: ExitStack,
+    tokens: Tokens,
+) -> Hub | None:
+    """Begin to let people join until the stack is left."""
+    from studio.live.people.hosting import hosted
+
+    hosting = hosting_of(args)
+    if hosting is None:
+        return None
+    # What the hub says is in the session's report, and who is here on the status line.
+    return stack.enter_context(hosted(hosting, scene, clock=clock, say=_drop, tokens=tokens))
+
+
+def _crowd(
+    args: argparse.Namespace,
+    session: LiveSession,
+    *,
+    hub: Hub | None,
+    stack: ExitStack,
+    clock: Clock,
+    tokens: Tokens,
+) -> Crowd | None:
+    """Let simulated people join once the session is live."""
+    from studio.live.people.crowd import Crowd
+
+    if hub is None or not args.clients:
+        return None
+    crowd = Crowd(
+        hub,
+        lambda: session.status().live_s,
+        clients=args.clients,
+        seconds=args.seconds,
+        clock=clock,
+        tokens=tokens,
+        say=_say,
+    )
+    crowd.start()
+    stack.callback(crowd.end)
+    return crowd
+
+
+def _drop(_line: str) -> None:
+    """Say nothing."""
+
+
+def _say_how_to_join(args: argparse.Namespace, hub: Hub | None) -> None:
+    """Make the codes, which are good for two minutes, once the camera is there."""
+    from studio.live.people.hosting import invitations_for, join_line
+
+    hosting = hosting_of(args)
+    if hub is not None and hosting is not None:
+        _say(join_line(hub, hosting, invitations=invitations_for(hub, hosting)))
+
+
+def _say(line: str) -> None:
+    print(line, file=sys.stderr, flush=True)
+
+
 def _play(
-    session: LiveSession, rehearsed: RehearsedLive | None, args: argparse.Namespace
+    session: LiveSession,
+    rehearsed: RehearsedLive | None,
+    args: argparse.Namespace,
+    *,
+    hub: Hub | None,
 ) -> LiveResult:
     """Run it on this thread, with a status line, until its time is over or Ctrl-C."""
-    status = Task("status", lambda task: _watch_over(session, args.seconds, task)).start()
+    status = Task("status", lambda task: _watch_over(session, args.seconds, task, hub=hub)).start()
     if rehearsed is not None:
         rehearsed.direct()
 
@@ -190,18 +338,23 @@ def _play(
         status.cancel()
 
 
-def _watch_over(session: LiveSession, seconds: float | None, task: Task[None]) -> None:
-    """Say how it goes, and end it when it was live for long enough."""
+def _watch_over(
+    session: LiveSession, seconds: float | None, task: Task[None], *, hub: Hub | None
+) -> None:
+    """Say how it goes and who is here, and end it when it was live for long enough."""
+    from studio.live.people.hosting import who_words
+
     said = ""
     while not task.pause(STATUS_S):
         status = session.status()
         if seconds is not None and status.live_s is not None and status.live_s >= seconds:
             session.end()
             return
-        line = f"{status.state}: {status.text}"
+        who = "" if hub is None else who_words(hub.people())
+        line = "; ".join(filter(None, (f"{status.state}: {status.text}", who)))
         if line != said:
             said = line
-            print(line, file=sys.stderr, flush=True)
+            _say(line)
 
 
 def _print_checks(checks: Sequence[Check]) -> None:

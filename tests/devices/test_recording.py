@@ -22,6 +22,7 @@ from devices.recording_codec import (
     FrameStamp,
     RecordedAnnotation,
     RecordedAvatar,
+    RecordedAvatarGone,
     RecordedSurface,
     RecordedTrack,
     RecordedTruth,
@@ -41,7 +42,14 @@ from devices.video import H264Decoder, H264Encoder
 from scenes.cameras import Fisheye, Rig
 from scenes.frames import FRONT_FROM_BACK_LENS
 from scenes.pose import Pose, rotation_from_vector
-from scenes.state import Annotation, Avatar, LiveSurface, TrackedObject, TrackState
+from scenes.state import (
+    Annotation,
+    Avatar,
+    AvatarGone,
+    LiveSurface,
+    TrackedObject,
+    TrackState,
+)
 
 SIZE, FRAMES = 96, 6
 LENS = Fisheye.from_fov(SIZE, np.radians(200))
@@ -93,9 +101,14 @@ def messages(seed=0):
             RecordedAnnotation(
                 t_ns, Annotation("maya-1", "maya", rng.normal(size=(3, 3)), (1.0, 0.25, 1 / 3))
             ),
+            RecordedAnnotation(t_ns, Annotation("ben-1", "ben", np.zeros((0, 3)), (0.0, 0.5, 1.0))),
             RecordedAvatar(
                 t_ns, Avatar("maya", "remote", pose, (rng.normal(size=(5, 3)),), np.eye(3)[:2])
             ),
+            RecordedAvatar(
+                t_ns, Avatar("ben", "remote", pose, (np.zeros((0, 3)), rng.normal(size=(25, 3))))
+            ),
+            RecordedAvatarGone(t_ns, AvatarGone("ann")),
             FrameStamp(
                 "camera-360", seq, t_ns, t_ns + 5, pose, (8.5,) * seq, (None, False, True)[seq % 3]
             ),
@@ -104,6 +117,7 @@ def messages(seed=0):
             RecordedSurface(
                 t_ns, LiveSurface("board", rng.normal(size=(4, 3)), (320, 200), "camera-360")
             ),
+            RecordedSurface(t_ns, LiveSurface("desk", np.zeros((0, 3)), (0, 0), "camera-360")),
             RecordedTrack(
                 "own",
                 TrackedObject(

@@ -6,7 +6,7 @@ import weakref
 
 import pytest
 
-from scenes.memory import give_back_memory, keep_heap_small
+from scenes.memory import give_back_memory, growth_percent, keep_heap_small, resident_kib
 
 
 class Holder:
@@ -67,3 +67,20 @@ def test_a_library_without_trimming_is_no_error(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr("ctypes.CDLL", lambda _name: object())
     keep_heap_small()
     give_back_memory()
+
+
+def test_memory_of_children_counts_unless_they_are_left_out() -> None:
+    child = subprocess.Popen(
+        [sys.executable, "-c", "input()"], stdin=subprocess.PIPE, stdout=subprocess.DEVNULL
+    )
+    try:
+        with_child, without = resident_kib(), resident_kib(but={child.pid})
+        assert without > 1000
+        assert with_child >= without
+    finally:
+        child.communicate(b"\n")
+
+
+def test_growth_is_from_the_first_quarter_to_the_end() -> None:
+    assert growth_percent([1.0] * 19) is None
+    assert growth_percent([500.0] * 5 + [100.0] * 30 + [110.0] * 5) == pytest.approx(10.0)

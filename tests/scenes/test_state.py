@@ -9,6 +9,7 @@ from scenes.pose import Pose
 from scenes.state import (
     Annotation,
     Avatar,
+    AvatarGone,
     LiveSurface,
     SceneState,
     TrackedObject,
@@ -87,3 +88,22 @@ def test_avatars_replace_the_one_with_their_id():
     two = Avatar("u", "local", Pose.from_yaw(1.0))
     state = reduce_state(reduce_state(SceneState(), one, 1), two, 2)
     assert state.avatars == {"u": two}
+
+
+REMOVALS = [
+    (CHANGES[1], LiveSurface("a", np.zeros((0, 3)), (0, 0), "cam")),
+    (CHANGES[2], AvatarGone("a")),
+    (CHANGES[3], Annotation("a", "u", np.zeros((0, 3)), (1, 0, 0))),
+]
+
+
+@pytest.mark.parametrize(("added", "removal"), REMOVALS, ids=[a[1] for a, _ in REMOVALS])
+def test_what_is_removed_is_gone_and_what_was_never_there_changes_nothing(added, removal):
+    change, where = added
+    state = reduce_state(SceneState(), change, 1)
+    without = reduce_state(state, removal, 2)
+    assert getattr(without, where) == {}
+    assert (without.version, without.t_ns) == (2, 2)
+    assert getattr(state, where) == {"a": change}
+    assert reduce_state(without, removal, 3) is without
+    assert reduce_state(without, change, 4).version == 3

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 from PySide6.QtGui import QFont, QImage, QPainter
 
+from scenes.bodies.crowd import Crowd
 from scenes.cameras import Pinhole
 from scenes.package import ScenePackage
 from studio.app.film.moments import Moment
@@ -39,12 +40,14 @@ class FilmSet:
         document: with names, and what was added by hand.
         shown: which layers.
         layers: shapes of the layers that take a while to make.
+        crowd: people from picture to picture.
     """
 
     drawing: SceneDrawing
     document: Document
     shown: Shown
     layers: Sequence[Shape] = ()
+    crowd: Crowd = field(default_factory=Crowd)
 
     @property
     def scene(self) -> ScenePackage:
@@ -71,6 +74,7 @@ def film_picture(made_of: FilmSet, plan: FilmPlan, moment: Moment) -> NDArray[np
         twin=made_of.document.twin,
         world_from_rig=moment.state.world_from_rig or made_of.scene.world_from_rig,
         seen_by=plan.source,
+        crowd=made_of.crowd,
     )
     camera = Pinhole.from_fov(width, height, FIELD_OF_VIEW)
     seen = (*shapes, *(made_of.layers if not plan.source else ()))

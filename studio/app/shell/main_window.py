@@ -16,6 +16,8 @@ from studio.app.model.runs.live_run import LiveRun
 from studio.app.model.runs.session_run import SessionRun
 from studio.app.model.settings import save_settings
 from studio.app.model.workbench import Topic, Workbench
+from studio.app.people.actions import GuestActions
+from studio.app.people.guests import Guests, doors_of
 from studio.app.plugins.panel_docks import PanelDocks
 from studio.app.plugins.plugin_host import PluginHost
 from studio.app.shell.actions.files import FileActions
@@ -153,9 +155,13 @@ class MainWindow(QMainWindow):
         ask = partial(ask_file, self)
         FileActions(bench, replacing, ask, partial(ask_folder, self)).add()
         add_session_actions(bench, run, partial(ask_share, self))
+        self._guests: Guests | None = None
         live = bench.shared(LiveRun)
         if live is not None:
             LiveActions(bench, live, ask).add()
+            self._guests = Guests(bench, doors_of(live))
+            bench.share(self._guests)
+            GuestActions(bench, self._guests).add()
         add_shell_actions(bench, self)
         self.menus.build()
         self._listen()
@@ -244,6 +250,8 @@ class MainWindow(QMainWindow):
 
     def _poll(self) -> None:
         self.run.poll()
+        if self._guests is not None:
+            self._guests.poll()
         self.plugins.poll()
         if self._known_actions != len(self.bench.actions):
             self._known_actions = len(self.bench.actions)

@@ -49,6 +49,8 @@ class SeenTwin(QWidget):
         self._layers = layers
         self._drawings = drawings
         self.viewer: Viewer | None = None
+        self.followed = ""
+        """Whose eyes are looked through while they are here; "" nobody's."""
         self.painted: Painted | None = None
         self.fps = 0.0
         self._floor = FoundFloor()
@@ -117,10 +119,15 @@ class SeenTwin(QWidget):
             shown=self._layers.shown,
             twin=bench.document.twin,
             world_from_rig=rig,
+            seen_by=self.followed,
+            crowd=self._drawings.crowd,
         )
         shapes += self._layers.shapes()
-        pose = self.viewer.world_from_camera()
-        self._painter.show(View(bench.state, self.camera, pose, bench.live, tuple(shapes)))
+        person = bench.state.avatars.get(self.followed)
+        pose = self.viewer.world_from_camera() if person is None else person.world_from_head
+        self._painter.show(
+            View(bench.state, self.camera, pose, bench.live, tuple(shapes), seen_by=self.followed)
+        )
         self.update()
 
     def _poll(self) -> None:
@@ -143,8 +150,13 @@ class SeenTwin(QWidget):
     # --- what can be asked of it -----------------------------------------------------------------
 
     def set_viewer(self, viewer: Viewer) -> None:
-        """See from there."""
-        self.viewer = viewer
+        """See from there, and no longer through somebody's eyes."""
+        self.viewer, self.followed = viewer, ""
+        self.redraw()
+
+    def follow(self, user_id: str) -> None:
+        """See what somebody sees, for as long as they are here; "" ends it."""
+        self.followed = user_id
         self.redraw()
 
     def go_home(self) -> None:

@@ -191,6 +191,15 @@ def _arranging(grid: Views) -> list[Action]:
             choices=grid.insets.choices,
         ),
         Action(
+            "view.follow",
+            "Look from a person's eyes",
+            "View",
+            lambda person="": grid.active.follow(person),
+            "the view follows them until it is moved by hand; nobody's ends it",
+            arguments=("person",),
+            choices=lambda: _followed(grid),
+        ),
+        Action(
             "view.no_insets",
             "Close all pictures in the picture",
             "View",
@@ -198,6 +207,19 @@ def _arranging(grid: Views) -> list[Action]:
             "",
             "Shift+P",
         ),
+    ]
+
+
+def _followed(grid: Views) -> list[Choice]:
+    """Return everybody who is here, and whose eyes the view is seen through."""
+    bench, followed = grid.active.bench, grid.active.followed
+    return [
+        Choice(
+            bench.name_of(key),
+            {"person": "" if key == followed else key},
+            is_on=key == followed,
+        )
+        for key in bench.state.avatars
     ]
 
 

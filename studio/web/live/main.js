@@ -8,6 +8,7 @@ import { Headset } from "live/headset.js";
 import { LiveRoom } from "live/live_room.js";
 import { Labels, Panel } from "live/panel.js";
 import { People } from "live/people.js";
+import { isPicture, Surfaces } from "live/surfaces.js";
 import { Tools } from "live/tools.js";
 import { encodeBody } from "live/wire.js";
 
@@ -30,6 +31,7 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
   const control = new CameraControl(room.camera, canvas, manifest.views, changed, manifest.footprint);
   const people = new People(room.upright);
   const board = new Board(room.upright, link, changed);
+  const surfaces = new Surfaces(room.upright, changed);
   const tools = new Tools(canvas, room, board, control, changed);
   const self = new Figure(COLOURS[0]);
   room.upright.add(self.group);
@@ -58,6 +60,7 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
       take.rights(message);
       room.takeWhole(message.state);
       board.takeWhole(you, message.state);
+      surfaces.takeWhole(message.state);
       take.people(message);
       showObjects();
     },
@@ -79,13 +82,19 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
       link.seen(message.version);
       showObjects();
     },
-    log: (entry) => board.take(entry),
+    log: (entry) => {
+      board.take(entry);
+      surfaces.take(entry);
+    },
     done: ({ id }) => board.answered(id, true),
     refused: ({ id, why }) => {
       board.answered(id, false);
       notice(`Not done: ${why}.`);
     },
-    bodies: (buffer) => people.take(buffer, performance.now()),
+    bodies: (buffer) => {
+      if (isPicture(buffer)) surfaces.takePicture(buffer);
+      else people.take(buffer, performance.now());
+    },
     status: (status) => panel.showLink(status, link.latency),
   };
 
@@ -258,7 +267,7 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
 
   // For whoever drives this page: the browser's console, and the program's tests.
   window.live = {
-    room, people, board, tools, headset, control, link, setMode,
+    room, people, board, surfaces, tools, headset, control, link, setMode,
     drawn: () => drawn,
     isWhole: () => isLoaded,
     sharpness: () => sharpness.shown,

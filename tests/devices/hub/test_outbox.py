@@ -36,7 +36,7 @@ class Desk:
 @pytest.fixture
 def desk(state_at):
     made = Desk(state_at)
-    made.outbox.begin('{"kind":"welcome"}', version=0, token_number=2)
+    made.outbox.begin(['{"kind":"welcome"}'], version=0, token_number=2)
     assert made.texts() == [{"kind": "welcome"}]
     return made
 
@@ -69,7 +69,7 @@ def test_seeing_a_state_proves_that_the_welcome_came(desk):
     assert desk.outbox.see(0)
     assert not desk.outbox.see(5)
     late = Outbox(1, Sent())
-    late.begin("{}", version=7, token_number=1)
+    late.begin(["{}"], version=7, token_number=1)
     assert not late.see(6)
     assert late.see(7)
 
@@ -131,6 +131,15 @@ def test_one_long_text_alone_goes(desk, monkeypatch):
     monkeypatch.setattr(outbox_module, "MAX_TEXT_BYTES", 10)
     desk.outbox.put(json.dumps("x" * 100))
     assert not desk.outbox.is_overfull
+
+
+def test_however_much_was_missed_is_sent_to_whoever_comes(desk):
+    text = json.dumps({"kind": "log", "x": "x" * 10_000})
+    desk.outbox.begin([text] * 2000, version=0, token_number=3)
+    for _ in range(10):
+        desk.outbox.put('{"kind":"log"}')
+    assert not desk.outbox.is_overfull
+    assert [len(it) for it in desk.texts()] == [2] * 2000 + [1] * 10
 
 
 def test_goodbye_is_said_once_and_last(desk):

@@ -39,7 +39,7 @@ def live(tiny, tmp_path, monkeypatch):
     clock = WallClock()
     made, pushes = [], []
 
-    def session(*, layout=LAYOUT, record=True, asks=False, locate=None, **options):
+    def session(*, layout=LAYOUT, record=True, asks=False, locate=None, people=None, **options):
         setup = LiveSetup(
             parse_address("rtmp://127.0.0.1:0/live/room"),
             layout=layout,
@@ -54,6 +54,7 @@ def live(tiny, tmp_path, monkeypatch):
             locate=locate,
             record_to=tmp_path / "live.mcap" if record else None,
             asks=asks,
+            people=people,
         )
         made.append(one)
         return one

@@ -2,14 +2,18 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
+from devices.messages import Event
 from devices.recording import Recorder, read_session
 from devices.session_info import ForkOrigin, ScenarioChange
+from scenes.pose import Pose
+from scenes.state import Annotation, Avatar, AvatarGone
 from sim.scenarios.scenario import parse_scenario
 from studio.session.fork import Fork, open_fork
 from studio.session.plan import SessionPlan
-from studio.session.sources import recorded_messages
+from studio.session.sources import PEOPLE, recorded_messages
 
 TEXT = "room = 'lab'\nduration_s = 1.2\n[camera]\nfps = 10\n"
 AT_NS = 700_000_000
@@ -101,6 +105,75 @@ def test_what_a_user_made_live_comes_back_from_the_recording(tiny, tmp_path):
         for s in m.input.surfaces
     ]
     assert given == replayed == [(4, "board")]
+
+
+def guest_inputs(tiny):
+    """The tiny session with somebody connected who draws a line, erases it and leaves."""
+    line = np.array([[0.0, 0.0, 1.0], [0.1, 0.0, 1.0], [0.2, 0.0, 1.1]])
+    for message in tiny.inputs():
+        seq, live = message.frame.seq, message.input
+        head = Pose.from_yaw(0.1 * seq, (0.3, 0.1 * seq, 1.6))
+        hands = (np.zeros((0, 3)), 0.01 * seq + np.arange(75.0).reshape(25, 3) / 300)
+        guest = Avatar("p1", "remote", head, hands, np.eye(3)[:2])
+        drawn = {2: line[:2], 3: line, 8: line[:0]}.get(seq)
+        notes = () if drawn is None else (Annotation("p1-1", "p1", drawn, (0.0, 0.5, 1.0)),)
+        came = (Event(live.frame.t_ns, PEOPLE, "joined", "Ann"),) if seq == 1 else ()
+        live = replace(
+            live,
+            avatars=live.avatars + ((guest,) if 1 <= seq < 10 else ()),
+            annotations=live.annotations + notes,
+            events=live.events + came,
+            gone=(AvatarGone("p1"),) if seq == 10 else (),
+        )
+        yield replace(message, input=live)
+
+
+def states_of(session):
+    """Of every frame: people, lines and version of the state, as plain numbers."""
+    found = []
+
+    def watch(output):
+        state = output.state
+        found.append(
+            (
+                state.version,
+                {
+                    key: (
+                        item.world_from_head.matrix().tolist(),
+                        [hand.tolist() for hand in item.hands],
+                        None if item.ray is None else item.ray.tolist(),
+                    )
+                    for key, item in state.avatars.items()
+                },
+                {key: item.points_in_world.tolist() for key, item in state.annotations.items()},
+                [event.text for event in output.input.events],
+            )
+        )
+
+    session.run(watch)
+    return found
+
+
+def test_people_who_were_connected_replay_and_fork_to_the_bit(tiny, tmp_path):
+    path, again = tmp_path / "recording.mcap", tmp_path / "again.mcap"
+    plan = SessionPlan(methods=("own",), record_to=path)
+    session = tiny.session(plan, inputs=lambda: guest_inputs(tiny))
+    states = states_of(session)
+    assert [len(people) for _, people, _, _ in states] == [1, *[2] * 9, 1, 1]
+    assert [len(lines) for _, _, lines, _ in states] == [0, 0, *[1] * 6, *[0] * 4]
+
+    def replayed():
+        return recorded_messages(path, session.info)
+
+    assert states_of(tiny.session(plan_of(again), inputs=replayed)) == states
+    fork = replace(fork_of((path, None)), is_changed=False)
+    assert (
+        states_of(tiny.session(plan_of(None), inputs=lambda: fork.proven(tiny.inputs()))) == states
+    )
+
+
+def plan_of(record_to):
+    return SessionPlan(methods=("own",), record_to=record_to)
 
 
 def recording(tmp_path, tiny, **changes):

@@ -176,7 +176,8 @@ def test_a_slow_tracker_drops_frames_when_paced_and_they_are_counted(tiny):
 
 def test_what_a_live_camera_would_give_has_no_masks_and_no_truth():
     given = {field.name for field in fields(SessionInput)}
-    assert given == {"frame", "packet", "avatars", "events", "surfaces", "annotations"}
+    people = {"avatars", "events", "surfaces", "annotations", "gone"}
+    assert given == {"frame", "packet", *people}
 
 
 def test_a_detector_of_the_caller_sees_each_truth_before_the_methods_see_the_frame(tiny):

@@ -8,8 +8,9 @@ import pytest
 
 from devices.camera.address import AddressKind
 from studio.cli import main
+from studio.live.people.hosting import Hosting
 from studio.live.setup import Place
-from studio.verbs.live import add_arguments, setup_of
+from studio.verbs.live import add_arguments, hosting_of, setup_of
 
 
 def parsed(*words):
@@ -28,6 +29,21 @@ def test_flags_become_a_setup():
     assert chosen.layout.turns == (1, 3)
 
 
+def test_people_join_where_the_flags_say():
+    assert hosting_of(parsed()) is None
+    assert hosting_of(parsed("--people")) == Hosting()
+    assert hosting_of(parsed("--people", "8443", "--invite", "3")) == Hosting(8443, invitations=3)
+    assert hosting_of(parsed("--people-open")).is_open
+    crowd = hosting_of(parsed("--clients", "64"))
+    assert (crowd.invitations, crowd.is_open) == (0, False)
+    assert crowd.max_people > 64
+
+
+def test_simulated_people_are_measured_without_a_window(capsys, no_traceback):
+    assert main(["live", "lab", "--simulated", "--clients", "2"]) == 3
+    assert "--clients goes with --headless" in capsys.readouterr().err
+
+
 def test_a_file_of_devices_is_read(tmp_path):
     path = tmp_path / "devices.toml"
     path.write_text('[camera]\naddress = "rtmp://:1999/a/b"\nplace = "scan"\n')
@@ -42,6 +58,8 @@ def test_a_file_of_devices_is_read(tmp_path):
         (("--seconds", "0"), "--seconds 0"),
         (("--seed", "3"), "--simulated"),
         (("--devices", "nowhere.toml"), "nowhere.toml"),
+        (("--people", "70000"), "--people 70000: wanted a port"),
+        (("--people", "--invite", "17"), "--invite 17: wanted 0 to 16"),
     ],
 )
 def test_mistakes_are_one_line(words, named, capsys, tmp_path, monkeypatch, no_traceback):

@@ -16,11 +16,15 @@ from studio.app.model.jobs.scene_job import SceneJob
 from tracking.options import TrackerOptions
 
 if TYPE_CHECKING:  # what a session needs takes a second to import: not before the window is shown
+    from devices.hub.server import Hub
     from scenes.package import ScenePackage
     from scenes.state import LiveSurface
-    from studio.live.live import LiveResult, LiveSession
+    from studio.live.live import LiveSession
+    from studio.live.people.doors import Doors
+    from studio.live.people.hosting import Hosting
     from studio.live.rehearsed import RehearsedLive
     from studio.live.setup import LiveSetup
+    from studio.live.status import LiveResult
     from studio.session.preflight import Check
     from studio.session.session import SessionOutput
 
@@ -45,6 +49,7 @@ class LivePlan:
         seed: of all that is random there.
         seconds: it goes live by itself and ends after so long; None until somebody ends it.
         records: whether it leaves a recording.
+        hosting: how people join; None where they cannot.
     """
 
     scene: str
@@ -55,6 +60,7 @@ class LivePlan:
     seed: int = 0
     seconds: float | None = None
     records: bool = True
+    hosting: Hosting | None = None
 
 
 class LiveJob(SceneJob):
@@ -74,6 +80,9 @@ class LiveJob(SceneJob):
         super().__init__(plan.scene)
         self.plan = plan
         self.live: LiveSession | None = None
+        self.doors: Doors | None = None
+        """How people join; None before the session is made."""
+        self._joining = ""
         self.report: Path | None = None
         self.checks: Sequence[Check] = ()
         """The last findings."""
@@ -98,6 +107,11 @@ class LiveJob(SceneJob):
             return ""
         drawing = "" if self._rehearsed is None else self._rehearsed.drawing
         return drawing or "it begins in a moment"
+
+    @property
+    def hub(self) -> Hub | None:
+        """People who are connected; None while nobody can join."""
+        return None if self.doors is None else self.doors.hub
 
     @property
     def is_checking(self) -> bool:
@@ -147,12 +161,7 @@ class LiveJob(SceneJob):
             self._over.set()
 
     def _play(self) -> None:
-        from devices.clock import WallClock
         from scenes.opening import open_scene
-        from scenes.render.native import NativeRenderer
-        from studio.live.live import LiveSession
-        from studio.live.locating import RoomLocator
-        from studio.live.recording_name import recording_in
         from studio.live.rehearsed import RehearsedLive, usual_feed
 
         plan = self.plan
@@ -160,25 +169,8 @@ class LiveJob(SceneJob):
         scene = self._given or open_scene(plan.scene)
         self.opened = scene
         plan.out.mkdir(parents=True, exist_ok=True)
-        renderer = NativeRenderer()
-        live = LiveSession(
-            plan.scene,
-            scene,
-            plan.setup,
-            clock=WallClock(),
-            renderer=renderer,
-            locate=RoomLocator(scene, renderer),
-            record_to=recording_in(plan.out) if plan.records else None,
-            asks=True,
-        )
-        if self._options != live.options:
-            live.adjust_tracker(self._options)
-        if plan.seconds is not None:
-            live.go_live()
-        self.live = live
-        if self._cancelled.is_set():
-            live.end()
         with ExitStack() as stack:
+            live = self._session(scene, stack)
             if plan.is_simulated:
                 truth = Path(stack.enter_context(tempfile.TemporaryDirectory())) / "truth.jsonl"
                 self._rehearsed = stack.enter_context(
@@ -193,6 +185,43 @@ class LiveJob(SceneJob):
             Task("live session", self._watch_over).start()
             self.check()
             self._finish(live.run(self._see_live))
+
+    def _session(self, scene: ScenePackage, stack: ExitStack) -> LiveSession:
+        """Make the session, and let people join it until the stack is left."""
+        from devices.clock import WallClock
+        from scenes.render.native import NativeRenderer
+        from studio.live.live import LiveSession
+        from studio.live.locating import RoomLocator
+        from studio.live.people.doors import Doors
+        from studio.live.people.hosting import invitations_for, join_line
+        from studio.live.recording_name import recording_in
+
+        plan, clock, renderer = self.plan, WallClock(), NativeRenderer()
+        hosting = plan.hosting
+        self.doors = doors = Doors(scene, clock=clock, say=self.lines.put)
+        stack.callback(doors.end)
+        if hosting is not None:
+            hub = doors.open(hosting)
+            self._joining = join_line(hub, hosting, invitations=invitations_for(hub, hosting))
+        live = LiveSession(
+            plan.scene,
+            scene,
+            plan.setup,
+            clock=clock,
+            renderer=renderer,
+            locate=RoomLocator(scene, renderer),
+            record_to=recording_in(plan.out) if plan.records else None,
+            asks=True,
+            people=doors,
+        )
+        if self._options != live.options:
+            live.adjust_tracker(self._options)
+        if plan.seconds is not None:
+            live.go_live()
+        self.live = live
+        if self._cancelled.is_set():
+            live.end()
+        return live
 
     def _finish(self, result: LiveResult) -> None:
         """The report, and the last words."""
@@ -224,6 +253,8 @@ class LiveJob(SceneJob):
         live, limit_s = self.live, self.plan.seconds
         assert live is not None
         said = ""
+        if self._joining:
+            self.lines.put(self._joining)
         while not self._over.wait(LOOK_S):
             status = live.status()
             line = status.text

@@ -83,6 +83,15 @@ DOCKS = (
         "Ctrl+7",
     ),
     Dock(
+        "people",
+        "People",
+        "mdi6.account-group-outline",
+        "right",
+        "studio.app.people.dock:PeopleDock",
+        "people in the live session: let them in, a code for each, who is here, what they may",
+        "Ctrl+0",
+    ),
+    Dock(
         "preparation",
         "Preparation",
         "mdi6.image-multiple-outline",

@@ -20,6 +20,7 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QHBoxLayout, QWidget
 
+from scenes.bodies.crowd import Crowd
 from scenes.cameras import Pinhole
 from scenes.package import ScenePackage
 from studio.app.model.documents.document import TwinEdits
@@ -73,6 +74,7 @@ class RunPicture(QWidget):
         self._image: QImage | None = None
         self._painter: TwinPainter | None = None
         self._last = QPointF()
+        self._crowd = Crowd()
         self.setMinimumSize(160, 90)
         self.setAccessibleName(f"run {name}")
 
@@ -125,6 +127,7 @@ class RunPicture(QWidget):
             shown=Shown(),
             twin=TwinEdits(),
             world_from_rig=state.world_from_rig,
+            crowd=self._crowd,
         )
         view = View(state, camera, self.orbit.world_from_camera(), shapes=tuple(shapes))
         self._painter.show(view)

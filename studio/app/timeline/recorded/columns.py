@@ -19,6 +19,9 @@ STATES = tuple(TrackState)
 POSE = 12
 """Numbers of a pose: nine of the rotation, row by row, three of the place in metres."""
 
+GONE: tuple[float, ...] = ()
+"""Row of a person whose avatar has ended."""
+
 VISIBLE, STATE, CONFIDENCE, SEQ = 28, 29, 30, 31
 """Places in the row of a tracked object, after its pose and the sixteen of its covariance."""
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -16,6 +16,7 @@ from devices.session_info import SessionInfo
 from scenes.pose import Pose
 from scenes.state import Annotation, Avatar, LiveSurface, SceneState, TrackedObject
 from studio.app.timeline.recorded.columns import (
+    GONE,
     Rows,
     avatar_of_row,
     last_at,
@@ -153,9 +154,13 @@ class RecordingIndex:
             version=count,
             t_ns=int(self.changes_ns[count - 1]) if count else 0,
             objects=MappingProxyType(self._objects(t_ns)),
-            surfaces=_newest(self.surfaces, t_ns),
+            surfaces=_newest(
+                self.surfaces, t_ns, is_there=lambda item: len(item.corners_in_world) > 0
+            ),
             avatars=MappingProxyType(self._people(t_ns)),
-            annotations=_newest(self.annotations, t_ns),
+            annotations=_newest(
+                self.annotations, t_ns, is_there=lambda item: len(item.points_in_world) > 0
+            ),
             world_from_rig=self._rig(t_ns),
         )
 
@@ -168,18 +173,24 @@ class RecordingIndex:
         return found
 
     def _people(self, t_ns: int) -> dict[str, Avatar]:
-        numbers = {user_id: rows.newest(t_ns) for user_id, rows in self.avatars.items()}
-        return {
-            user_id: avatar_of_row(user_id, self.roles, self.avatars[user_id].row(number))
-            for user_id, number in numbers.items()
-            if number >= 0
-        }
+        found: dict[str, Avatar] = {}
+        for user_id, rows in self.avatars.items():
+            number = rows.newest(t_ns)
+            row = rows.row(number) if number >= 0 else ()
+            if len(row) > len(GONE):
+                found[user_id] = avatar_of_row(user_id, self.roles, rows.row(number))
+        return found
 
     def _rig(self, t_ns: int) -> Pose | None:
         number = self.rig.newest(t_ns)
         return None if number < 0 else pose_of_row(self.rig.row(number))
 
 
-def _newest(changes: Mapping[str, Changes[T]], t_ns: int) -> Mapping[str, T]:
+def _newest(
+    changes: Mapping[str, Changes[T]], t_ns: int, *, is_there: Callable[[T], bool]
+) -> Mapping[str, T]:
+    """Return the newest of each, without those that have been removed."""
     found = {key: series.newest(t_ns) for key, series in changes.items()}
-    return MappingProxyType({key: value for key, value in found.items() if value is not None})
+    return MappingProxyType(
+        {key: value for key, value in found.items() if value is not None and is_there(value)}
+    )

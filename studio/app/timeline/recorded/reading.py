@@ -21,6 +21,7 @@ from devices.recording_codec import (
     FrameStamp,
     RecordedAnnotation,
     RecordedAvatar,
+    RecordedAvatarGone,
     RecordedSurface,
     RecordedTrack,
     RecordedTruth,
@@ -28,7 +29,14 @@ from devices.recording_codec import (
     stream_of,
 )
 from scenes.state import Annotation, LiveSurface
-from studio.app.timeline.recorded.columns import Rows, RowsBuilder, avatar_row, pose_row, track_row
+from studio.app.timeline.recorded.columns import (
+    GONE,
+    Rows,
+    RowsBuilder,
+    avatar_row,
+    pose_row,
+    track_row,
+)
 from studio.app.timeline.recorded.index import Changes, Packets, RecordingIndex
 
 T = TypeVar("T")
@@ -114,6 +122,8 @@ class _Building:
         self._faults: list[tuple[int, tuple[str, ...]]] = []
         self._surfaces: defaultdict[str, list[tuple[int, LiveSurface]]] = defaultdict(list)
         self._annotations: defaultdict[str, list[tuple[int, Annotation]]] = defaultdict(list)
+        self._there: set[str] = set()
+        """People, surfaces and lines that have not been removed."""
         self._events: list[Event] = []
         self._video_topics: list[str] = []
         self._packets_ns, self._keyframes, self._packet_tracks = array("q"), array("b"), array("B")
@@ -133,22 +143,39 @@ class _Building:
                 self._roles.append(value.avatar.role)
             row = avatar_row(value.avatar, self._roles.index(value.avatar.role))
             self.numbers += self._avatars[value.avatar.user_id].add(value.t_ns, row)
-            self._changes_ns.append(value.t_ns)
+            self._note_change(value.t_ns, f"avatar {value.avatar.user_id}")
+        elif isinstance(value, RecordedAvatarGone):
+            self._avatars[value.gone.user_id].add(value.t_ns, GONE)
+            self._note_change(value.t_ns, f"avatar {value.gone.user_id}", stays=False)
         elif isinstance(value, FrameStamp):
             self._frames_ns.append(value.t_ns)
             if value.world_from_rig is not None:
                 self.numbers += self._rig.add(value.t_ns, pose_row(value.world_from_rig))
         elif isinstance(value, RecordedSurface):
             self._surfaces[value.surface.surface_id].append((value.t_ns, value.surface))
-            self._changes_ns.append(value.t_ns)
-            self.numbers += value.surface.corners_in_world.size
+            corners = value.surface.corners_in_world
+            self._note_change(
+                value.t_ns, f"surface {value.surface.surface_id}", stays=len(corners) > 0
+            )
+            self.numbers += corners.size
         elif isinstance(value, RecordedAnnotation):
             line = value.annotation
             self._annotations[line.annotation_id].append((value.t_ns, line))
-            self._changes_ns.append(value.t_ns)
-            self.numbers += line.points_in_world.size
+            points = line.points_in_world
+            self._note_change(value.t_ns, f"line {line.annotation_id}", stays=len(points) > 0)
+            self.numbers += points.size
         elif isinstance(value, Event) and len(self._events) < MAX_EVENTS:
             self._events.append(value)
+
+    def _note_change(self, t_ns: int, name: str, *, stays: bool = True) -> None:
+        """Count a change of the room; the end of what is not there is none."""
+        if stays:
+            self._there.add(name)
+        elif name not in self._there:
+            return
+        else:
+            self._there.remove(name)
+        self._changes_ns.append(t_ns)
 
     def _take_packet(self, encoded: Encoded) -> None:
         """Only where it is: base64 of pictures that nobody asked for is not decoded."""

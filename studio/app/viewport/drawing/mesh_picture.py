@@ -15,7 +15,16 @@ from scenes.cameras import Pinhole
 from scenes.mesh import CollisionMesh
 from scenes.pose import Pose
 from studio.app.model.documents.added_mesh import Geometry
-from studio.app.viewport.drawing.shapes import Line, Shape, Solid, Squares, Surface, Wire, pieces
+from studio.app.viewport.drawing.shapes import (
+    Line,
+    Shape,
+    Skin,
+    Solid,
+    Squares,
+    Surface,
+    Wire,
+    pieces,
+)
 
 NEAR_M, FAR_M = 0.05, 100.0
 """Depths that are drawn, metres: a 24-bit buffer resolves 0.03 mm at 5 m."""
@@ -23,6 +32,10 @@ NEAR_M, FAR_M = 0.05, 100.0
 ROUND = 28
 """Corners around a ball, cylinder or cone: smooth at the size that a head has in a window."""
 
+
+CLEAR_M, OPAQUE_M, CLEAREST = 0.6, 0.9, 0.3
+"""Distance up to which a person is as transparent as this before the viewer, and from which they
+are opaque, metres: an arm's length."""
 
 NO_OPENGL = (
     "no OpenGL here: people, notes, bodies and meshes are drawn as outlines; install libegl1 and "
@@ -91,6 +104,7 @@ class MeshDrawer:
     ) -> MeshPicture:
         """Draw shapes through a camera."""
         self._update(shapes)
+        self._fade(shapes, world_from_camera.translation)
         self._look(camera, world_from_camera)
         width, height = camera.width_px, camera.height_px
         if tuple(self._window.GetSize()) != (width, height):
@@ -118,7 +132,16 @@ class MeshDrawer:
             elif isinstance(shape, Surface) and actor is not None:
                 own = np.diag([*shape.scale, 1.0])
                 actor.SetUserMatrix(_matrix(shape.world_from_body.matrix() @ own))
+            elif isinstance(shape, Skin) and before is not shape:
+                _move_skin(actor, shape)
             self._actors[key] = (shape, actor)
+
+    def _fade(self, shapes: Sequence[Shape], eye: NDArray[np.float64]) -> None:
+        """Make people transparent who stand before the viewer."""
+        for shape in shapes:
+            if isinstance(shape, Skin):
+                look = self._actors[shape.key][1].GetProperty()
+                look.SetOpacity(opacity_of(shape, eye))
 
     def _look(self, camera: Pinhole, world_from_camera: Pose) -> None:
         from vtkmodules.vtkCommonMath import vtkMatrix4x4
@@ -192,6 +215,8 @@ def _same_form(a: Shape, b: Shape) -> bool:
         return same and a.colour == b.colour
     if isinstance(a, Surface) and isinstance(b, Surface):
         return a.geometry is b.geometry
+    if isinstance(a, Skin) and isinstance(b, Skin):
+        return a.faces is b.faces and a.colours is b.colours
     if isinstance(a, Wire) and isinstance(b, Wire):
         return a.mesh is b.mesh
     return isinstance(a, Squares) and isinstance(b, Squares) and a.corners is b.corners
@@ -216,6 +241,14 @@ def _actor(shape: Shape) -> Any:
         mapper.SetInputData(_surface_data(shape.geometry))
         look.SetAmbient(0.35)
         look.SetDiffuse(0.75)
+        return actor
+    if isinstance(shape, Skin):
+        mapper.SetInputData(_skin_data(shape))
+        look.SetBackfaceCulling(1)  # else a transparent body is many layers deep
+        look.SetAmbient(0.38)
+        look.SetDiffuse(0.68)
+        look.SetSpecular(0.06)
+        look.SetSpecularPower(12.0)
         return actor
     look.LightingOff()
     if isinstance(shape, Line):
@@ -289,6 +322,35 @@ def _surface_data(geometry: Geometry) -> Any:
     return data.compute_normals(
         cell_normals=False, split_vertices=True, feature_angle=40.0, consistent_normals=False
     )
+
+
+def _skin_data(shape: Skin) -> Any:
+    import pyvista
+
+    data = pyvista.PolyData.from_regular_faces(shape.vertices, shape.faces)
+    data.point_data.set_array(shape.colours, "colours")
+    data.set_active_scalars("colours")
+    data.point_data.active_normals = shape.normals
+    return data
+
+
+def _move_skin(actor: Any, shape: Skin) -> None:
+    """Put a figure's points where they are in another picture: nothing else of it has changed."""
+    data = actor.GetMapper().GetInput()
+    data.points = shape.vertices
+    data.point_data.active_normals = shape.normals
+
+
+def opacity_of(shape: Skin, eye: NDArray[np.float64]) -> float:
+    """Return how opaque a person is for a viewer, 0..1."""
+    if not shape.fades:
+        return 1.0
+    middle = 0.5 * (shape.vertices.min(axis=0) + shape.vertices.max(axis=0))
+    low, high = shape.vertices[:, 2].min(), shape.vertices[:, 2].max()
+    nearest = np.array([middle[0], middle[1], np.clip(eye[2], low, high)])
+    distance_m = float(np.linalg.norm(eye - nearest))
+    share = np.clip((distance_m - CLEAR_M) / (OPAQUE_M - CLEAR_M), 0.0, 1.0)
+    return float(CLEAREST + (1.0 - CLEAREST) * share)
 
 
 def _squares_data(shape: Squares) -> Any:

@@ -13,7 +13,7 @@ from scenes.cameras import Pinhole
 from scenes.mesh import CollisionMesh
 from scenes.pose import Pose
 from studio.app.model.documents.added_mesh import Geometry
-from studio.app.viewport.drawing.shapes import Line, Shape, Solid, Squares, Surface, Wire
+from studio.app.viewport.drawing.shapes import Line, Shape, Skin, Solid, Squares, Surface, Wire
 
 Edges = NDArray[np.float64]
 """(N, 2, 3): both ends of each, metres."""
@@ -90,6 +90,8 @@ class Outlines:
                 ends *= shape.scale
                 world = (shape.world_from_body @ ends.reshape(-1, 3)).reshape(-1, 2, 3)
                 return [(world, surface_colour(mesh))]
+            case Skin():
+                return []  # people are drawn by `studio.view.overlay` where there is no OpenGL
             case Squares():
                 corners = shape.corners[:MAX_EDGES]
                 sides = np.stack([corners, np.roll(corners, -1, axis=1)], axis=2)

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import threading
 
+from scenes.bodies.crowd import Crowd
+from scenes.bodies.figure import rest_figure
 from scenes.package import ScenePackage
 from scenes.render.native import NativeRenderer
 from studio.app.viewport.drawing.mesh_thread import MeshThread
@@ -50,6 +52,7 @@ class SceneDrawing:
             if self._is_prepared or self._is_closed:
                 return
             self.twin.make_coarse()
+            rest_figure()
             self._meshes = MeshThread()
             self._is_prepared = True
 
@@ -70,6 +73,8 @@ class Drawings:
 
     def __init__(self) -> None:
         self._now: SceneDrawing | None = None
+        self.crowd = Crowd()
+        """People of what is shown now: all views see the same figures."""
 
     def of(self, scene: ScenePackage) -> SceneDrawing:
         """The scene's drawing; that of another scene is closed."""

@@ -9,19 +9,16 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.frames import CAMERA_FROM_AHEAD
+from scenes.bodies.crowd import Crowd, colour_of
 from scenes.mesh import CollisionMesh
 from scenes.pose import Pose
-from scenes.state import Avatar, LiveSurface, SceneState
+from scenes.state import LiveSurface, SceneState
 from studio.app.model.documents.added_mesh import Geometry
 from studio.app.model.documents.document import Primitive, TwinEdits, shown_pose
-from studio.view.overlay import LOCAL, REMOTE, STATE_COLOURS
+from studio.view.overlay import STATE_COLOURS
 
 Colour = tuple[float, float, float]
 Points = NDArray[np.float64]
-
-HEAD_M, JOINT_M, SHOULDERS_M = 0.11, 0.012, 0.28
-"""Radius of a head and of a hand's joint, and height of the bust below the eyes, metres."""
 
 FRUSTUM_M = 0.35
 """How far the corners of a placed camera's frustum are drawn, metres."""
@@ -112,7 +109,28 @@ class Surface:
     scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
 
 
-Shape = Solid | Line | Wire | Squares | Surface
+@dataclass(frozen=True, slots=True, eq=False)
+class Skin:
+    """A person's figure as it stands there.
+
+    Attributes:
+        key: names it.
+        vertices: (V, 3) float32 world metres.
+        normals: (V, 3) float32, outward.
+        faces: (F, 3) int32; the same array as long as the same parts are shown.
+        colours: (V, 3) uint8; the same array as long as it is the same person.
+        fades: whether it is transparent where it stands before the viewer.
+    """
+
+    key: str
+    vertices: NDArray[np.float32]
+    normals: NDArray[np.float32]
+    faces: NDArray[np.int32]
+    colours: NDArray[np.uint8]
+    fades: bool = False
+
+
+Shape = Solid | Line | Wire | Squares | Surface | Skin
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,6 +171,7 @@ def shapes_of(
     twin: TwinEdits,
     world_from_rig: Pose | None,
     seen_by: str = "",
+    crowd: Crowd | None = None,
 ) -> list[Shape]:
     """Everything but the splats.
 
@@ -162,6 +181,7 @@ def shapes_of(
         twin: what was put into it: bodies, meshes and cameras.
         world_from_rig: the 360° camera, or None.
         seen_by: whose view it is: of themselves people see their hands and what they point at.
+        crowd: people from picture to picture; None lays them out anew.
     """
     found: list[Shape] = []
     for key, item in twin.primitives.items():
@@ -170,9 +190,7 @@ def shapes_of(
         place = shown_pose(state, key, mesh.world_from_mesh)
         found.append(Surface(f"mesh {key}", mesh.geometry, place, mesh.scale))
     if shown.avatars:
-        for avatar in state.avatars.values():
-            own = avatar.user_id == seen_by
-            found += hand_shapes(avatar) if own else avatar_shapes(avatar)
+        found += people_shapes(state, crowd or Crowd(), seen_by=seen_by)
     if shown.annotations:
         for line in state.annotations.values():
             found.append(Line(f"note {line.annotation_id}", line.points_in_world, line.colour, 4.0))
@@ -200,45 +218,27 @@ def primitive_solid(item: Primitive, world_from_base: Pose) -> Solid:
     )
 
 
-def avatar_shapes(avatar: Avatar) -> list[Shape]:
-    """A person: head, face, bust, hands and pointing ray."""
-    colour = _colour_of(avatar)
-    pale = tuple(0.55 + 0.45 * c for c in colour)
-    key, head = f"avatar {avatar.user_id}", avatar.world_from_head
-    size = 2 * HEAD_M
-    face = head @ Pose(CAMERA_FROM_AHEAD.rotation, np.array([0.0, 0.02, HEAD_M + 0.02]))
-    forward = head.rotation[:, 2]
-    upright = Pose.from_yaw(float(np.arctan2(forward[1], forward[0])), head.translation)
-    bust = upright @ Pose(np.eye(3), np.array([-0.05, 0.0, -SHOULDERS_M]))
-    found: list[Shape] = [
-        Solid(f"{key} head", "ball", (size, size, 1.15 * size), colour, upright),
-        Solid(f"{key} face", "cone", (0.07, 0.06, 0.06), (pale[0], pale[1], pale[2]), face),
-        Solid(f"{key} bust", "ball", (0.24, 0.44, 0.30), colour, bust, 0.9),
-    ]
-    return found + hand_shapes(avatar)
-
-
-def hand_shapes(avatar: Avatar) -> list[Shape]:
-    """Return the shapes that people see of themselves: hands and pointing ray."""
-    key, colour, found = f"avatar {avatar.user_id}", _colour_of(avatar), list[Shape]()
-    for i, hand in enumerate(avatar.hands):
-        joints = np.atleast_2d(hand)
-        if len(joints) == 1:
-            at = Pose(np.eye(3), joints[0])
-            found.append(Solid(f"{key} hand {i}", "ball", (0.08, 0.08, 0.08), colour, at))
-            continue
-        for j, joint in enumerate(joints):
-            wide = 2 * JOINT_M
-            at = Pose(np.eye(3), joint)
-            found.append(Solid(f"{key} hand {i} {j}", "ball", (wide, wide, wide), colour, at))
-    if avatar.ray is not None:
-        found.append(Line(f"{key} ray", avatar.ray, colour, 2.5))
+def people_shapes(state: SceneState, crowd: Crowd, *, seen_by: str) -> list[Shape]:
+    """Return everybody, and what they point at; of themselves people see forearms and hands."""
+    found: list[Shape] = []
+    figures = crowd.figures(state.avatars, state.t_ns)
+    for avatar in state.avatars.values():
+        person, key = figures[avatar.user_id], f"avatar {avatar.user_id}"
+        is_own = avatar.user_id == seen_by
+        if not is_own or avatar.hands:
+            found.append(
+                Skin(
+                    f"{key} arms" if is_own else f"{key} body",
+                    person.vertices,
+                    person.normals,
+                    person.arm_faces if is_own else person.faces,
+                    person.colours,
+                    fades=avatar.role == "remote" and not is_own,
+                )
+            )
+        if avatar.ray is not None:
+            found.append(Line(f"{key} ray", avatar.ray, colour_of(avatar), 2.5))
     return found
-
-
-def _colour_of(avatar: Avatar) -> Colour:
-    r, g, b = REMOTE if avatar.role == "remote" else LOCAL
-    return r / 255, g / 255, b / 255
 
 
 def surface_outline(surface: LiveSurface) -> Line:

@@ -143,7 +143,7 @@ def _outline(
     drawn: Iterable[str] = {shape.key for shape in view.shapes}
     for avatar in view.state.avatars.values():
         # Nobody sees their own face, and who is not among the shapes is hidden by the user.
-        if avatar.user_id != view.seen_by and f"avatar {avatar.user_id} head" in drawn:
+        if avatar.user_id != view.seen_by and f"avatar {avatar.user_id} body" in drawn:
             draw_avatar(picture, view.camera, view.world_from_camera, avatar)
     for line in view.state.annotations.values():
         if f"note {line.annotation_id}" in drawn:

@@ -170,6 +170,7 @@ class Insets:
             twin=bench.document.twin,
             world_from_rig=bench.state.world_from_rig or scene.world_from_rig,
             seen_by=source,
+            crowd=self._drawings.crowd,
         )
         camera = Pinhole.from_fov(*SIZE_PX, FIELD_OF_VIEW)
         if self._painter is None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+import urllib.request
 
 import pytest
 
@@ -13,6 +14,7 @@ from sim.wire.rtmp_push import RtmpPush, StreamOptions
 from studio.app.model.jobs.live_job import LivePlan
 from studio.app.model.runs.live_run import LiveRun
 from studio.console.display import why_no_window
+from studio.live.people.hosting import Hosting
 from studio.live.setup import LiveSetup, Place
 from studio.session import opening
 from tests.studio.live.conftest import FPS, LAYOUT, textured
@@ -62,10 +64,12 @@ def each_tick(qapp):
 def test_it_connects_goes_live_and_ends_after_its_seconds(plan, each_tick, tmp_path):
     from studio.app.window import live_in_window
 
-    pushes = []
+    pushes, joined = [], set()
 
     def drive(window, live):
         session = live.session
+        if live.job is not None and live.job.hub is not None and session is not None:
+            joined.add(live.job.hub.url)
         if session is not None and session.status().listening_at and not pushes:
             options = StreamOptions(fps=FPS, bitrate=2_000_000, keyframe_interval=5)
             url = session.status().listening_at
@@ -75,13 +79,19 @@ def test_it_connects_goes_live_and_ends_after_its_seconds(plan, each_tick, tmp_p
 
     each_tick(drive)
     try:
-        assert live_in_window(plan("rtmp://127.0.0.1:0/live/room", seconds=0.5)) == 0
+        assert (
+            live_in_window(plan("rtmp://127.0.0.1:0/live/room", seconds=0.5, hosting=Hosting()))
+            == 0
+        )
     finally:
         for push in pushes:
             push.close()
     (folder,) = (tmp_path / "out").iterdir()  # every session has one of its own
     assert (folder / "live.html").is_file()
     assert list(folder.glob("live-*.mcap"))
+    (url,) = joined
+    with pytest.raises(OSError, match="refused"):
+        urllib.request.urlopen(url, timeout=2)
 
 
 def test_a_room_that_is_not_there_is_an_error_of_the_caller(plan, each_tick, tmp_path):

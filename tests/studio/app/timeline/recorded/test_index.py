@@ -1,4 +1,5 @@
 import threading
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,17 +9,20 @@ from devices.recording_codec import (
     FrameStamp,
     RecordedAnnotation,
     RecordedAvatar,
+    RecordedAvatarGone,
     RecordedSurface,
     RecordedTrack,
     encode_message,
 )
 from devices.replay import ReplayCamera
 from scenes.pose import Pose
-from scenes.state import Annotation, Avatar, LiveSurface, SceneState, reduce_state
+from scenes.state import Annotation, Avatar, AvatarGone, LiveSurface, SceneState, reduce_state
 from studio.app.timeline.pictures.reader import PictureReader
 from studio.app.timeline.pictures.thread import PictureThread
 from studio.app.timeline.recorded.reading import read_index
 from studio.session.sources import time_ns_of
+
+NOTHING = np.zeros((0, 3))
 
 
 def reduced(path, t_ns):
@@ -31,6 +35,8 @@ def reduced(path, t_ns):
             state = reduce_state(state, value.track, value.track.t_ns)
         elif isinstance(value, RecordedAvatar):
             state = reduce_state(state, value.avatar, value.t_ns)
+        elif isinstance(value, RecordedAvatarGone):
+            state = reduce_state(state, value.gone, value.t_ns)
         elif isinstance(value, RecordedSurface):
             state = reduce_state(state, value.surface, value.t_ns)
         elif isinstance(value, RecordedAnnotation):
@@ -71,6 +77,10 @@ def busy(recording, tmp_path_factory):
             recorder.write(RecordedAnnotation(t_ns, line))
         surface = LiveSurface("board", corners, (64, 48), "camera-360")
         recorder.write(RecordedSurface(400_000_000, surface))
+        recorder.write(RecordedAvatarGone(420_000_000, AvatarGone("nobody")))
+        recorder.write(RecordedAvatarGone(640_000_000, AvatarGone("ana")))
+        recorder.write(RecordedAnnotation(645_000_000, replace(line, points_in_world=NOTHING)))
+        recorder.write(RecordedSurface(645_000_000, replace(surface, corners_in_world=NOTHING)))
     return path
 
 

@@ -88,9 +88,10 @@ def test_nobody_sees_their_own_head(drawing, has_opengl, monkeypatch):
     bare = replace(STATE, avatars={"ana": replace(ANA, hands=())})
     empty = seen(drawing, SceneState(), "", TwinEdits())
     assert np.array_equal(seen(drawing, bare, "ana", TwinEdits()), empty)
-    assert not np.array_equal(
-        seen(drawing, bare, "", TwinEdits()), empty
-    )  # another's head there is seen
+    # Another's head is seen, a step before the eyes.
+    ahead = Pose(HEAD.rotation, HEAD @ np.array([0.0, 0.0, 1.0]))
+    other = replace(STATE, avatars={"ana": replace(ANA, hands=(), world_from_head=ahead)})
+    assert not np.array_equal(seen(drawing, other, "", TwinEdits()), empty)
 
 
 def test_people_see_their_own_hands_and_what_is_before_them(drawing):

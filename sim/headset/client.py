@@ -1,0 +1,375 @@
+"""A simulated person with a headset: joins, moves at display rate, draws, listens, comes back."""
+
+from __future__ import annotations
+
+import asyncio
+import struct
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import aiohttp
+import numpy as np
+
+from devices.hub.wire import WireError, decode_body, encode_body, unpack_bodies
+from sim.headset.connection import (
+    HubAddress,
+    HubConnection,
+    connect,
+    fetch_page,
+    pair,
+)
+from sim.headset.delays import Delays
+from sim.headset.faults import HeadsetFault, HeadsetState, headset_state
+from sim.headset.moves import Moves
+
+RATE_HZ = 72.0
+"""Bodies a second: the display rate of a Quest 3."""
+
+FILM_S = 5.0
+"""Length of the moves that are made beforehand; played forward and backward."""
+
+RETRY_S = 0.5
+"""Time between two attempts to connect, as of the web client."""
+
+GIVE_UP_NS = 60_000_000_000
+"""Time without a hub after which somebody leaves: a room whose program has ended."""
+
+LOOK_S = 0.02
+"""Time between two looks at the faults of somebody who sends nothing."""
+
+PING_S = 1.0
+"""Time between two pings, of which the fastest gives the hub's clock."""
+
+DRAW_EVERY_S, DRAW_S, DRAW_HZ = 10.0, 2.0, 10.0
+"""Time between two lines of a person, how long one grows, and how often it is sent meanwhile."""
+
+DECODED_EVERY = 100
+"""One in so many bodies that come is read in full, chosen: a defect shows within a second."""
+
+HEADER = struct.Struct("<BBHIQ")
+"""Version, kind, flags, number and device time of a body in bytes."""
+
+STAMP, STAMP_AT = struct.Struct("<IQ"), 4
+"""Number and device time, and where they are."""
+
+
+@dataclass(slots=True)
+class Tally:
+    """Figures of all people of one process.
+
+    Attributes:
+        sent: bodies.
+        left_out: bodies that a fault held back.
+        received: bodies of others.
+        states: of the room.
+        log: entries of what people drew.
+        done, refused: answers to operations.
+        unreadable: messages that were none.
+        connections: welcomes.
+        joins_s: from opening the page to the welcome, per person.
+        returns_s: from a network's return to the welcome.
+        hand: delays from a body's sending to its arrival at another person.
+        state: delays from a picture's arrival in the studio to its state.
+        indices: of the people of this process, whose bodies are on its clock.
+        failures: why people have left before their time.
+    """
+
+    sent: int = 0
+    left_out: int = 0
+    received: int = 0
+    states: int = 0
+    log: int = 0
+    done: int = 0
+    refused: int = 0
+    unreadable: int = 0
+    connections: int = 0
+    joins_s: list[float] = field(default_factory=list[float])
+    returns_s: list[float] = field(default_factory=list[float])
+    hand: Delays = field(default_factory=Delays)
+    state: Delays = field(default_factory=Delays)
+    indices: set[int] = field(default_factory=set[int])
+    failures: list[str] = field(default_factory=list[str])
+
+
+@dataclass(frozen=True, slots=True)
+class ClientPlan:
+    """One person.
+
+    Attributes:
+        address: of the hub.
+        name: shown to the others.
+        moves: of the body.
+        rate_hz: bodies a second.
+        faults: between the person and the hub.
+        draws: whether they draw lines.
+    """
+
+    address: HubAddress
+    name: str
+    moves: Moves
+    rate_hz: float = RATE_HZ
+    faults: tuple[HeadsetFault, ...] = ()
+    draws: bool = True
+
+
+class HeadsetClient:
+    """A person; `join` once, then `stay`.
+
+    Args:
+        http: shared by everybody of the process.
+        plan: of the person.
+        tally: takes the figures.
+        now_ns: clock of this process.
+    """
+
+    def __init__(
+        self,
+        http: aiohttp.ClientSession,
+        plan: ClientPlan,
+        *,
+        tally: Tally,
+        now_ns: Callable[[], int] = time.perf_counter_ns,
+    ) -> None:
+        self._http, self._plan, self._tally, self._now_ns = http, plan, tally, now_ns
+        self._random = np.random.default_rng(plan.moves.seed)
+        self._film = _film(plan.moves, plan.rate_hz)
+        self._token, self._log_seq = "", 0
+        self._joined_ns = 0
+        self._seq = 0
+        self._since_hub_us: tuple[float, float] | None = None
+        """Round trip of the fastest ping; this process's clock minus the hub's; microseconds."""
+
+    async def join(self, code: str) -> HubConnection:
+        """Fetch the page, pair and connect.
+
+        Raises:
+            HubRefusedError: the hub does not let them in.
+            aiohttp.ClientError, TimeoutError, OSError: the hub is not reached.
+        """
+        begun_ns = self._now_ns()
+        await fetch_page(self._http, self._plan.address)
+        self._token = await pair(self._http, self._plan.address, code=code, name=self._plan.name)
+        connection = await self._connect(log_seq=None)
+        self._joined_ns = self._now_ns()
+        self._tally.joins_s.append((self._joined_ns - begun_ns) / 1e9)
+        return connection
+
+    async def stay(self, connection: HubConnection, over: asyncio.Event) -> None:
+        """Take part until it is over, or the hub says goodbye; come back when it breaks.
+
+        Raises:
+            HubRefusedError: the hub does not let them in again.
+        """
+        while True:
+            why = await self._take_part(connection, over)
+            if over.is_set() or why:
+                await connection.close()
+                if why and not over.is_set():
+                    self._tally.failures.append(f"{self._plan.name}: {why}")
+                return
+            old, back_ns = connection, self._now_ns()
+            while self._faults().is_cut and not over.is_set():
+                await asyncio.sleep(LOOK_S)
+                back_ns = self._now_ns()
+            again = await self._return(over)
+            await old.close()
+            if again is None:
+                return
+            connection = again
+            self._tally.returns_s.append((self._now_ns() - back_ns) / 1e9)
+
+    def _faults(self) -> HeadsetState:
+        return headset_state(self._plan.faults, (self._now_ns() - self._joined_ns) / 1e9)
+
+    async def _connect(self, *, log_seq: int | None) -> HubConnection:
+        connection = await connect(
+            self._http,
+            self._plan.address,
+            token=self._token,
+            name=self._plan.name,
+            log_seq=log_seq,
+        )
+        welcome = connection.welcome
+        self._token, self._log_seq = str(welcome["token"]), int(welcome["log_seq"])
+        self._tally.indices.add(int(welcome["index"]))
+        self._tally.connections += 1
+        return connection
+
+    async def _return(self, over: asyncio.Event) -> HubConnection | None:
+        """Connect again, until it is over."""
+        # Somebody tries at their own moments, not at the network's.
+        await asyncio.sleep(RETRY_S * float(self._random.random()))
+        since_ns = self._now_ns()
+        while not over.is_set():
+            try:
+                return await self._connect(log_seq=self._log_seq)
+            except (aiohttp.ClientError, TimeoutError, OSError) as error:
+                if self._now_ns() - since_ns > GIVE_UP_NS:
+                    why = f"no hub for {GIVE_UP_NS / 1e9:g} s: {error}"
+                    self._tally.failures.append(f"{self._plan.name}: {why}")
+                    return None
+            await asyncio.sleep(RETRY_S)
+        return None
+
+    async def _take_part(self, connection: HubConnection, over: asyncio.Event) -> str:
+        """Send and listen until it is over or breaks; return the hub's goodbye, if any."""
+        works = [
+            asyncio.ensure_future(work)
+            for work in (
+                self._listen(connection),
+                self._move(connection),
+                self._ping(connection),
+                self._draw(connection),
+                self._notice_cut(),
+                _until(over),
+            )
+        ]
+        try:
+            done, _ = await asyncio.wait(works, return_when=asyncio.FIRST_COMPLETED)
+            for work in done:
+                error = work.exception()
+                if error is not None and not isinstance(error, ConnectionError):
+                    raise error
+            heard = works[0]
+            ended = heard.done() and heard.exception() is None
+            return heard.result() if ended else ""
+        finally:
+            for work in works:
+                work.cancel()
+            await asyncio.gather(*works, return_exceptions=True)
+
+    async def _notice_cut(self) -> str:
+        while not self._faults().is_cut:
+            await asyncio.sleep(LOOK_S)
+        return ""
+
+    async def _move(self, connection: HubConnection) -> str:
+        """Send bodies at display rate."""
+        step_s = 1.0 / self._plan.rate_hz
+        due_s = self._now_ns() / 1e9 + step_s * float(self._random.random())
+        while True:
+            await asyncio.sleep(max(due_s - self._now_ns() / 1e9, 0.0))
+            # After a stall there are fewer bodies, not several at once.
+            due_s = max(due_s + step_s, self._now_ns() / 1e9)
+            faults = self._faults()
+            self._seq += 1
+            if not faults.shows_body or self._random.random() < faults.loss:
+                self._tally.left_out += 1
+                continue
+            body = self._film[_place(self._seq, len(self._film))]
+            STAMP.pack_into(body, STAMP_AT, self._seq, self._now_ns() // 1000)
+            if faults.jitter_s:
+                await asyncio.sleep(faults.jitter_s * float(self._random.random()))
+            await connection.send_bytes(bytes(body))
+            self._tally.sent += 1
+
+    async def _ping(self, connection: HubConnection) -> str:
+        while True:
+            await connection.send({"kind": "ping", "t_us": self._now_ns() // 1000})
+            await asyncio.sleep(PING_S)
+
+    async def _draw(self, connection: HubConnection) -> str:
+        """Draw a line now and then, and erase the one before."""
+        if not self._plan.draws or "line" not in connection.welcome["rights"]:
+            await asyncio.Event().wait()
+        number = 0
+        while True:
+            await asyncio.sleep((DRAW_EVERY_S - DRAW_S) * (0.5 + float(self._random.random())))
+            points: list[list[float]] = []
+            for _ in range(round(DRAW_S * DRAW_HZ)):
+                await asyncio.sleep(1.0 / DRAW_HZ)
+                if self._faults().shows_body:
+                    t_s = (self._now_ns() - self._joined_ns) / 1e9
+                    points.append(np.round(self._plan.moves.pen(t_s), 4).tolist())
+                    await connection.send(_line(number % 2, points))
+            number += 1
+            if self._faults().shows_body:
+                await connection.send(_line(number % 2, []))
+
+    async def _listen(self, connection: HubConnection) -> str:
+        """Take what comes; return the hub's goodbye, empty where there is none."""
+        while True:
+            while self._faults().is_asleep:
+                await asyncio.sleep(LOOK_S)
+            message = await connection.receive()
+            if message is None:
+                return ""
+            if isinstance(message, bytes):
+                self._take_bodies(message)
+            elif message.get("kind") == "bye":
+                return str(message.get("why", "goodbye"))
+            else:
+                await self._take_text(connection, message)
+
+    def _take_bodies(self, data: bytes) -> None:
+        tally, now_us = self._tally, self._now_ns() // 1000
+        try:
+            bodies = unpack_bodies(data)
+            for index, body in bodies:
+                _version, _kind, _flags, seq, t_us = HEADER.unpack_from(body)
+                if seq % DECODED_EVERY == 0:
+                    decode_body(body)
+                if index in tally.indices:
+                    tally.hand.add((now_us - t_us) / 1000)
+        except (WireError, struct.error):
+            tally.unreadable += 1
+            return
+        tally.received += len(bodies)
+
+    async def _take_text(self, connection: HubConnection, said: dict[str, Any]) -> None:
+        tally, now_us = self._tally, self._now_ns() / 1000
+        match said.get("kind"):
+            case "state":
+                tally.states += 1
+                if self._since_hub_us is not None:
+                    tally.state.add((now_us - self._since_hub_us[1] - said["t_us"]) / 1000)
+                await connection.send({"kind": "seen", "version": said["version"]})
+            case "log":
+                tally.log += 1
+                self._log_seq = int(said["seq"])
+            case "pong":
+                trip_us = now_us - said["t_us"]
+                if self._since_hub_us is None or trip_us <= self._since_hub_us[0]:
+                    middle_us = 0.5 * (now_us + said["t_us"])
+                    self._since_hub_us = (trip_us, middle_us - said["hub_t_us"])
+            case "token":
+                self._token = str(said["token"])
+            case "done":
+                tally.done += 1
+            case "refused":
+                tally.refused += 1
+            case _:
+                return
+
+
+async def _until(over: asyncio.Event) -> str:
+    await over.wait()
+    return ""
+
+
+def _film(moves: Moves, rate_hz: float) -> list[bytearray]:
+    """Return bodies in bytes for the first seconds of somebody's moves."""
+    count = max(round(FILM_S * rate_hz), 2)
+    return [
+        bytearray(encode_body(moves.body(number / rate_hz, seq=number, t_us=0)))
+        for number in range(count)
+    ]
+
+
+def _place(seq: int, count: int) -> int:
+    """Return the place of a body in a film that is played forward and backward."""
+    at = seq % (2 * count - 2)
+    return min(at, 2 * count - 2 - at)
+
+
+def _line(number: int, points: list[list[float]]) -> dict[str, Any]:
+    return {
+        "kind": "do",
+        "id": number,
+        "op": "line",
+        "line": f"line-{number}",
+        "points": points,
+        "colour": [0.2, 0.6, 1.0],
+    }
