@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import subprocess
 import time
+from array import array
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 
 import numpy as np
@@ -100,9 +102,7 @@ def _drive(
     hub: Hub, crowd: ChildProcess, *, limit_s: float
 ) -> tuple[float, float, tuple[float, float], tuple[float, float]]:
     """Publish and take until the crowd has gone; return processor share, growth, and both times."""
-    publish_ms: list[float] = []
-    take_ms: list[float] = []
-    memory: list[int] = []
+    publish_ms, take_ms, memory = array("f"), array("f"), array("d")  # small: memory is measured
     begin_s, begin_cpu_s = time.perf_counter(), time.process_time()
     end_s, end_cpu_s = begin_s, begin_cpu_s
     step = 0
@@ -130,7 +130,7 @@ def _drive(
     )
 
 
-def _shares(values: list[float]) -> tuple[float, float]:
+def _shares(values: Sequence[float]) -> tuple[float, float]:
     middle, high = np.percentile(values, (50, 99))
     return float(middle), float(high)
 
