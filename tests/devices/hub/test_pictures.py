@@ -8,7 +8,10 @@ from devices.hub.wire import MAX_PICTURE_BYTES, WireError, pack_picture
 
 
 def taken(outbox, pictures, count):
-    found = [outbox.take(StateChannel(), BodyChannel(), now_ns=0, pictures=pictures) for _ in range(count)]
+    found = [
+        outbox.take(StateChannel(), BodyChannel(), now_ns=0, pictures=pictures)
+        for _ in range(count)
+    ]
     return [message for message in found if message is not None]
 
 
