@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import subprocess
 import time
+from array import array
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 
 import numpy as np
@@ -85,7 +87,7 @@ def load_hub(clients: int, *, hz: float, seconds: float) -> LoadFigures:
         while len(hub.people()) < clients and crowd.is_running:
             time.sleep(0.05)
         measured = _drive(hub, crowd, limit_s=seconds + PATIENCE_S)
-        if not lines:
+        if measured is None or not lines:
             raise OSError(f"the crowd has failed: {' '.join(crowd.last_words()[-3:])}")
         counts = hub.counts()
         figures = CrowdFigures(**json.loads(lines[-1]))
@@ -98,11 +100,12 @@ def load_hub(clients: int, *, hz: float, seconds: float) -> LoadFigures:
 
 def _drive(
     hub: Hub, crowd: ChildProcess, *, limit_s: float
-) -> tuple[float, float, tuple[float, float], tuple[float, float]]:
-    """Publish and take until the crowd has gone; return processor share, growth, and both times."""
-    publish_ms: list[float] = []
-    take_ms: list[float] = []
-    memory: list[int] = []
+) -> tuple[float, float, tuple[float, float], tuple[float, float]] | None:
+    """Publish and take until the crowd has gone; return processor share, growth, and both times.
+
+    None where nobody was ever connected.
+    """
+    publish_ms, take_ms, memory = array("f"), array("f"), array("d")  # small: memory is measured
     begin_s, begin_cpu_s = time.perf_counter(), time.process_time()
     end_s, end_cpu_s = begin_s, begin_cpu_s
     step = 0
@@ -120,6 +123,8 @@ def _drive(
             memory.append(resident_bytes())
             end_s, end_cpu_s = time.perf_counter(), time.process_time()
         time.sleep(max(0.0, begin_s + step / PUBLISH_HZ - time.perf_counter()))
+    if not memory:
+        return None
     early = np.mean(memory[int(BEGIN_SHARE * len(memory)) :][:30])
     late = np.mean(memory[int(END_SHARE * len(memory)) :])
     return (
@@ -130,7 +135,7 @@ def _drive(
     )
 
 
-def _shares(values: list[float]) -> tuple[float, float]:
+def _shares(values: Sequence[float]) -> tuple[float, float]:
     middle, high = np.percentile(values, (50, 99))
     return float(middle), float(high)
 

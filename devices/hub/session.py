@@ -125,7 +125,7 @@ class Session:
         is_back = guest.is_listed(now_ns)
         outbox = Outbox(guest.person.index, self.sent)
         visit = Visit(guest, outbox)
-        guest.outbox, guest.has_joined = outbox, True
+        guest.outbox, guest.has_joined, guest.is_gone = outbox, True, False
         name = guest.person.name if hello.name is None else hello.name
         guest.person = replace(guest.person, name=name, is_connected=True)
         self._welcome(visit, hello, now_ns=now_ns)
@@ -210,6 +210,8 @@ class Session:
 
     def tick(self, now_ns: int) -> None:
         """Do what is due: fresh tokens, and whoever was away too long is gone."""
+        for guest in self._attendance.note_left(now_ns):
+            self._note("left", f"{self._called(guest)} has left")
         for guest in self._attendance.forget_old(now_ns):
             self._board.forget(guest.person.person_id)
         for guest, outbox in self._attendance.connected():

@@ -29,6 +29,9 @@ HAND_TO_CLIENT_BAR_MS = 20.0
 JOIN_BAR_S = 3.0
 """Seconds from opening the page until the room is recognisable: the promise."""
 
+WHOLE_BAR_S = 15.0
+"""Seconds from opening the page until all of the room is there: the promise."""
+
 RSS_BAR_PERCENT = 2.0
 """Growth of memory, percent: as of a session without people."""
 
@@ -53,6 +56,7 @@ FIGURES = {
     "quest.hand_ms.p50": ("live.hand_to_client_ms.p50", "ms", None),
     "quest.hand_ms.p95": ("live.hand_to_client_ms.p95", "ms", HAND_TO_CLIENT_BAR_MS),
     "quest.join_s": ("live.join_s", "s", JOIN_BAR_S),
+    "quest.whole_s": ("live.join_whole_s", "s", WHOLE_BAR_S),
 }
 """Figures of the process: their names here, units and bars."""
 

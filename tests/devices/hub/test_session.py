@@ -232,6 +232,9 @@ def test_people_who_left_disappear_from_the_list(room):
     room.session.tick(AWAY_NS)
     lists = [it for it in room.drain(his) if it["kind"] == "people"]
     assert [it["id"] for it in lists[-1]["people"]] == ["p2"]
+    room.session.tick(2 * AWAY_NS)
+    kinds_of = [kind for kind, _text in room.session.take().events]
+    assert kinds_of == ["paired", "joined", "paired", "joined", "away", "left"]
     room.session.tick(TOKEN_NS)
     assert room.session._attendance.find("p1") is None
 
@@ -285,8 +288,8 @@ def test_too_many_operations_are_refused_and_too_many_bodies_dropped(room, body_
         "too many operations at once"
     }
     seen = sum(body(room, guest, outbox, body_at(1.0, n)) for n in range(1, 200))
-    assert seen == 40
-    assert room.session.refused["rate"] == 159
+    assert seen == 100
+    assert room.session.refused["rate"] == 99
 
 
 def test_what_the_session_draws_goes_to_the_log_and_comes_not_back(room):
