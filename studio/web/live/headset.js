@@ -18,6 +18,7 @@ const PINCH_M = 0.015;
 const ARC_COLOUR = [0.34, 0.71, 0.91];
 const ELBOW_ROOM_M = 0.25; // so far from the walls one stands
 const [THUMB_TIP, MIDDLE_TIP] = [4, 14];
+const UPPER_BUTTON = 5; // B and Y: takes the last line back
 
 export class Headset {
   /** `figure` shows one's own hands; `ink()` is the colour to draw with. */
@@ -101,6 +102,7 @@ export class Headset {
       if (jumps) aiming = aim;
       else if (this.sides[side].select && !(source.hand && side === 0)) body.ray = this.#rayFrom(aim);
       this.#draw(side, source, aim, body.hands[side]);
+      this.#undo(side, source);
     }
     this.#aim(aiming, viewer);
     const grips = body.controllers.map((controller) => controller?.grip ?? null);
@@ -192,6 +194,13 @@ export class Headset {
     }
   }
 
+  #undo(side, source) {
+    const state = this.sides[side];
+    const isDown = source.gamepad?.buttons[UPPER_BUTTON]?.pressed ?? false;
+    if (isDown && !state.undoes && this.canDraw) this.board.undo();
+    state.undoes = isDown;
+  }
+
   #rayFrom(aim) {
     const { upright } = this.room;
     const origin = new THREE.Vector3().fromArray(aim);
@@ -256,7 +265,7 @@ export class Headset {
 }
 
 function freshSide() {
-  return { select: false, squeeze: false, since: 0, turned: false, aims: false };
+  return { select: false, squeeze: false, since: 0, turned: false, aims: false, undoes: false };
 }
 
 function sideOf(source) {

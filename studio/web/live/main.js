@@ -18,6 +18,7 @@ const HEADSET_MS = 9; // the hub takes a hundred bodies a second
 const STILL_MS = 1000; // one who does not move is shown to be here all the same
 const STILL = 5e-4;
 const LABEL_OVER_M = 0.25;
+const OWN_RAY_M = 0.002; // one's own ray begins before one's eyes
 const FLAGS = { lost: ["✕ lost", "var(--bad)"], occluded: ["◐ hidden", "var(--warn)"] };
 const UNSURE = ["◐ unsure", "var(--warn)"];
 const byId = (id) => document.getElementById(id);
@@ -33,7 +34,7 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
   const board = new Board(room.upright, link, changed);
   const surfaces = new Surfaces(room.upright, changed);
   const tools = new Tools(canvas, room, board, control, changed);
-  const self = new Figure(COLOURS[0]);
+  const self = new Figure(COLOURS[0], OWN_RAY_M);
   room.upright.add(self.group);
   const headset = new Headset(room, board, self, () => tools.ink, leftHeadset);
   const labels = new Labels(byId("labels"));

@@ -26,6 +26,7 @@ export class People {
     for (const [id, known] of this.byId) {
       if (here.has(id)) continue;
       known.figure.dispose();
+      known.sign.texture.dispose();
       this.byId.delete(id);
       this.byIndex.delete(known.person.index);
     }

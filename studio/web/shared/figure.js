@@ -34,7 +34,7 @@ const THINNEST_M = 0.005;
 const THICKEST_M = 0.016;
 
 export class Figure {
-  constructor(colour) {
+  constructor(colour, rayWidth = RAY_WIDTH_M) {
     this.group = new THREE.Group();
     this.skin = material(SKIN);
     this.cloth = material(colour);
@@ -45,7 +45,7 @@ export class Figure {
     neck.position.y = NECK.rise;
     neck.scale.z = NECK.depth;
     this.torso.add(new THREE.Mesh(torsoShape(), this.cloth), neck);
-    this.ray = rod(RAY_WIDTH_M, colour);
+    this.ray = rod(rayWidth, colour);
     this.dot = new THREE.Mesh(new THREE.SphereGeometry(DOT_RADIUS_M, 16, 12),
       new THREE.MeshBasicMaterial({ color: colour }));
     this.hands = [0, 1].map(() => new FingerHand(this.skin));

@@ -85,6 +85,8 @@ def test_the_trigger_points_and_the_grip_draws(inside, hub, invite_guest):
     inside.wait_for("live.board.own === null && live.board.lines().length === 1")
     lines = [line for line in hub.take().lines if len(line.points_in_world) > 2]
     assert lines[-1].points_in_world[:, 2] == pytest.approx(1.3, abs=0.15)
+    inside.evaluate("headset.controllers.right.updateButtonValue('b-button', 1)")
+    inside.wait_for("live.board.lines().length === 0")
 
 
 def test_the_thumbstick_jumps_to_where_the_arc_ends_and_turns(inside):
