@@ -87,7 +87,7 @@ def load_hub(clients: int, *, hz: float, seconds: float) -> LoadFigures:
         while len(hub.people()) < clients and crowd.is_running:
             time.sleep(0.05)
         measured = _drive(hub, crowd, limit_s=seconds + PATIENCE_S)
-        if not lines:
+        if measured is None or not lines:
             raise OSError(f"the crowd has failed: {' '.join(crowd.last_words()[-3:])}")
         counts = hub.counts()
         figures = CrowdFigures(**json.loads(lines[-1]))
@@ -100,8 +100,11 @@ def load_hub(clients: int, *, hz: float, seconds: float) -> LoadFigures:
 
 def _drive(
     hub: Hub, crowd: ChildProcess, *, limit_s: float
-) -> tuple[float, float, tuple[float, float], tuple[float, float]]:
-    """Publish and take until the crowd has gone; return processor share, growth, and both times."""
+) -> tuple[float, float, tuple[float, float], tuple[float, float]] | None:
+    """Publish and take until the crowd has gone; return processor share, growth, and both times.
+
+    None where nobody was ever connected.
+    """
     publish_ms, take_ms, memory = array("f"), array("f"), array("d")  # small: memory is measured
     begin_s, begin_cpu_s = time.perf_counter(), time.process_time()
     end_s, end_cpu_s = begin_s, begin_cpu_s
@@ -120,6 +123,8 @@ def _drive(
             memory.append(resident_bytes())
             end_s, end_cpu_s = time.perf_counter(), time.process_time()
         time.sleep(max(0.0, begin_s + step / PUBLISH_HZ - time.perf_counter()))
+    if not memory:
+        return None
     early = np.mean(memory[int(BEGIN_SHARE * len(memory)) :][:30])
     late = np.mean(memory[int(END_SHARE * len(memory)) :])
     return (

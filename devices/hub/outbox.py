@@ -19,7 +19,7 @@ MAX_UNSEEN = 2
 """States on their way: one that is drawn while the next one travels."""
 
 BODY_PAUSE_NS = 10**9 // 90
-"""Least time between two messages of bodies: the fastest display of the headsets meant, 90 Hz."""
+"""Average time between two messages of bodies: the fastest display of the headsets meant, 90 Hz."""
 
 
 @dataclass(slots=True)
@@ -144,7 +144,8 @@ class Outbox:
         if bodies.counter > self._sent_bodies and now_ns >= self.next_body_ns:
             bundle = self._bundle(bodies)
             if bundle is not None:
-                self.next_body_ns = now_ns + BODY_PAUSE_NS
+                # A body that came late is followed at once by one that is in time.
+                self.next_body_ns = max(self.next_body_ns, now_ns - BODY_PAUSE_NS) + BODY_PAUSE_NS
                 return bundle
         if self._people is not None:
             text, self._people = self._people, None

@@ -25,7 +25,7 @@ QUALITY = 80
 
 
 class Screens(Protocol):
-    """What pictures of live surfaces are shown on."""
+    """People's screens, as far as pictures of live surfaces go."""
 
     def show(self, surface_id: str, jpeg: bytes) -> None:
         """Send what a surface shows to everybody; returns at once."""

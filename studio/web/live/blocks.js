@@ -2,7 +2,8 @@
 
 const ANSWER_MS = 4000;
 
-/** Each as { name, look: async () => ({ isFine, isNeeded, words, remedy }) }. */
+/** Each as { name, look: async () => ({ isFine, isNeeded, words, remedy, link }) }; a link is
+    [address, words] or missing. */
 export const BLOCKS = [
   { name: "Secure address", look: secure },
   { name: "Certificate", look: certificate },
@@ -27,7 +28,8 @@ async function certificate() {
   }
   try {
     await fetch("/check", { cache: "no-store" });
-    return fine("This device accepts the studio's certificate.");
+    return { ...fine("This device accepts the studio's certificate, or a warning about it was passed."),
+      link: ["/root.crt", "The studio's root certificate, to install"] };
   } catch {
     return blocked("This device does not accept the studio's certificate.",
       "Install the studio's root certificate on this device, or accept the warning, then load again.");

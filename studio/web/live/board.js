@@ -89,6 +89,17 @@ export class Board {
     this.own = null;
   }
 
+  /** Shows corners that one has picked. */
+  preview(corners) {
+    this.#show("preview", corners.length > 1 ? corners : [], FRAME_COLOUR);
+  }
+
+  /** Makes a surface live. */
+  mark(corners) {
+    this.count += 1;
+    this.link.do("surface", { surface: `${this.visit}-${this.count}`, corners });
+  }
+
   undo() {
     this.link.do("undo");
   }

@@ -24,6 +24,11 @@ const results = await Promise.all(BLOCKS.map(async ({ look }, i) => {
   mark.setAttribute("role", "img");
   words.textContent = found.words;
   remedy.textContent = found.remedy;
+  if (found.link) {
+    const link = document.createElement("a");
+    [link.href, link.textContent] = found.link;
+    remedy.append(link);
+  }
   return found;
 }));
 const stops = results.filter((found) => !found.isFine && found.isNeeded).length;

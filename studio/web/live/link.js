@@ -95,9 +95,7 @@ export class Link {
 
   #open() {
     this.#close();
-    const again = this.tries > 0;
-    this.#status(again ? "again" : "connecting", again ? "Reconnecting …" : "Connecting …",
-      again ? "This goes on by itself. Is the network there?" : "");
+    if (this.tries === 0) this.#status("connecting", "Connecting …", "");
     const scheme = location.protocol === "https:" ? "wss" : "ws";
     const socket = new WebSocket(`${scheme}://${location.host}/people`);
     socket.binaryType = "arraybuffer";

@@ -153,6 +153,7 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
     KeyG: () => setMode(control.mode === "walk" ? "orbit" : "walk"),
     KeyH: toggleList,
     KeyL: () => tools.choose(tools.tool === "draw" ? "look" : "draw"),
+    KeyM: () => tools.choose(tools.tool === "mark" ? "look" : "mark"),
     KeyP: () => tools.pointByKey(true),
     Escape: () => tools.choose("look"),
   };

@@ -47,8 +47,10 @@ export class Panel {
     const line = byId("link");
     line.className = kind;
     const delay = kind === "here" && latency !== null ? ` · ${Math.max(1, Math.round(latency))} ms` : "";
-    byId("link-words").textContent = words + delay;
-    byId("link-remedy").textContent = remedy;
+    // Said anew only where it changes: some have this line read aloud.
+    const write = (id, text) => { if (byId(id).textContent !== text) byId(id).textContent = text; };
+    write("link-words", words + delay);
+    write("link-remedy", remedy);
   }
 
   /** Shows how old the picture is, where nothing has come for a while. */

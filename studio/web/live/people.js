@@ -39,7 +39,7 @@ export class People {
 
   /** Takes bodies that came at a time. */
   take(buffer, now) {
-    for (const [index, body] of decodeBodies(buffer)) {
+    for (const [index, body, bytes] of decodeBodies(buffer)) {
       const known = this.byIndex.get(index);
       if (known === undefined) continue;
       const sent = body.t_us / 1000;
@@ -48,10 +48,13 @@ export class People {
         known.pacer = new Pacer();
         known.line = new Timeline(known.pacer);
       }
+      // Somebody who keeps still is the same body: nothing has to be drawn again.
+      if (!isSame(bytes, known.bytes)) known.body = body;
+      known.bytes = bytes;
       known.newest = sent;
       known.cameAt = now;
       known.pacer.note(sent, now);
-      known.line.push(sent, body);
+      known.line.push(sent, known.body);
     }
   }
 
@@ -63,8 +66,9 @@ export class People {
       const found = now - known.cameAt < HIDDEN_AFTER_MS && !person.muted ? line.at(now) : null;
       const wasVisible = figure.group.visible;
       figure.group.visible = found !== null;
-      if (found !== null && (found[0] !== known.shown || found[2] !== known.share)) {
-        [known.shown, known.share] = [found[0], found[2]];
+      const share = found === null || found[0] === found[1] ? 0 : found[2];
+      if (found !== null && (found[0] !== known.shown || share !== known.share)) {
+        [known.shown, known.share] = [found[0], share];
         figure.show(between(...found));
         sign.sprite.visible = false;
         isMoving = true;
@@ -102,6 +106,10 @@ export class People {
     this.byIndex.set(person.index, known);
     return known;
   }
+}
+
+function isSame(bytes, other) {
+  return bytes.length === other?.length && bytes.every((byte, i) => byte === other[i]);
 }
 
 /** What a figure shows between two bodies. */

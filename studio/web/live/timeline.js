@@ -70,8 +70,8 @@ export class Timeline {
 
   /** Whether what is shown will still change without anything coming. */
   isMoving(now) {
-    const last = this.moments.at(-1);
-    return last !== undefined && this.moments.length > 1 && this.pacer.shown(now) < last[0];
+    const found = this.at(now);
+    return found !== null && this.moments.at(-1)[1] !== found[0];
   }
 
   clear() {

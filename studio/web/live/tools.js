@@ -1,4 +1,5 @@
-// What one does in the room with a mouse, a finger or a pen: look, point, draw, take back.
+// What one does in the room with a mouse, a finger or a pen: look, point, draw, mark a surface whose
+// live picture everybody sees, take back.
 import * as THREE from "three";
 import { INKS } from "live/board.js";
 
@@ -10,7 +11,10 @@ const HINTS = {
     walk: "W A S D: walk · shift: faster · drag: look around" },
   point: "hold the button on something: everybody sees where you point · right button: turn",
   draw: "drag over a surface: everybody sees the line · right button: turn",
+  mark: "click the four corners of a board, a screen or a table: it shows what the camera sees there",
 };
+const TOOLS = ["look", "point", "draw", "mark"];
+const RIGHTS = { draw: "line", mark: "surface" }; // what a tool asks the studio for
 const byId = (id) => document.getElementById(id);
 
 export class Tools {
@@ -24,7 +28,8 @@ export class Tools {
     this.held = null; // id of the pointer that points or draws
     this.byKey = false;
     this.pickedAt = -Infinity;
-    for (const name of ["look", "point", "draw"]) {
+    this.corners = []; // of a surface that is being marked: where in the picture, and in the room
+    for (const name of TOOLS) {
       byId(`tool-${name}`).addEventListener("click", () => this.choose(name));
     }
     byId("undo").addEventListener("click", () => board.undo());
@@ -38,9 +43,11 @@ export class Tools {
   }
 
   choose(tool) {
-    if (tool === "draw" && byId("tool-draw").hidden) return;
+    if (byId(`tool-${tool}`).hidden) return;
     this.tool = tool;
-    for (const name of ["look", "point", "draw"]) {
+    this.corners = [];
+    this.board.preview([]);
+    for (const name of TOOLS) {
       byId(`tool-${name}`).setAttribute("aria-checked", String(name === tool));
       byId(`tool-${name}`).tabIndex = name === tool ? 0 : -1;
     }
@@ -51,9 +58,11 @@ export class Tools {
 
   /** Hides what one's role does not allow. */
   allow(rights) {
-    const draws = rights.includes("line");
-    byId("tool-draw").hidden = byId("undo").hidden = !draws;
-    if (!draws && this.tool === "draw") this.choose("look");
+    for (const [tool, right] of Object.entries(RIGHTS)) {
+      byId(`tool-${tool}`).hidden = !rights.includes(right);
+    }
+    byId("undo").hidden = !rights.includes("undo");
+    if (byId(`tool-${this.tool}`).hidden) this.choose("look");
   }
 
   showHint() {
@@ -88,6 +97,10 @@ export class Tools {
       if (this.held === null || event.isPrimary) return;
       this.board.drop();
       this.#end();
+      return;
+    }
+    if (this.tool === "mark") {
+      this.#mark();
       return;
     }
     this.held = event.pointerId;
@@ -135,6 +148,16 @@ export class Tools {
     if (place !== null) this.board.extend(place, performance.now());
   }
 
+  #mark() {
+    const place = this.#pickHere();
+    if (place === null) return;
+    this.corners.push({ at: this.pointer, place });
+    this.board.preview(this.corners.map((corner) => corner.place));
+    if (this.corners.length < 4) return;
+    this.board.mark(clockwise(this.corners).map((corner) => corner.place));
+    this.choose("look");
+  }
+
   #pickHere() {
     this.pickedAt = performance.now();
     return this.pick(...this.pointer);
@@ -162,4 +185,14 @@ export class Tools {
     byId("inks").append(button);
     if (ink === this.ink) choose();
   }
+}
+
+/** Corners in the order in which pictures lie: clockwise from the top left, as they are seen. */
+function clockwise(corners) {
+  const middle = [0, 1].map((axis) => corners.reduce((sum, { at }) => sum + at[axis], 0) / 4);
+  const angle = ({ at: [x, y] }) => Math.atan2(y - middle[1], x - middle[0]);
+  const turned = [...corners].sort((a, b) => angle(a) - angle(b));
+  const sums = turned.map(({ at: [x, y] }) => x + y);
+  const first = sums.indexOf(Math.min(...sums));
+  return [...turned.slice(first), ...turned.slice(0, first)];
 }

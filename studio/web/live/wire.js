@@ -111,7 +111,8 @@ export function decodeBody(bytes) {
   return { seq, t_us, head, controllers, hands, ray };
 }
 
-/** The newest bodies of others, as [index of the person, body]; what cannot be read is left out. */
+/** The newest bodies of others, as [index of the person, body, bytes of all but its number and
+    time]; what cannot be read is left out. */
 export function decodeBodies(buffer) {
   const view = new DataView(buffer);
   if (buffer.byteLength < 4 || view.getUint8(0) !== VERSION || view.getUint8(1) !== BODIES) return [];
@@ -121,8 +122,9 @@ export function decodeBodies(buffer) {
     const [index, length] = [view.getUint16(at, true), view.getUint16(at + 2, true)];
     at += 4;
     if (at + length > buffer.byteLength) break;
-    const body = decodeBody(new Uint8Array(buffer, at, length));
-    if (body !== null) found.push([index, body]);
+    const bytes = new Uint8Array(buffer, at, length);
+    const body = decodeBody(bytes);
+    if (body !== null) found.push([index, body, bytes.subarray(HEADER_BYTES)]);
     at += length;
   }
   return found;

@@ -82,9 +82,21 @@ def test_bodies_go_together_at_most_90_times_a_second(desk):
         desk.bodies.put(2, b"a%d" % step)
         desk.bodies.put(3, b"b%d" % step)
         bundles += desk.texts(step * 1_000_000)
-    assert 80 <= len(bundles) <= 91
+    assert len(bundles) == 90
     assert dict(unpack_bodies(bundles[1])) == {2: b"a12", 3: b"b12"}
-    assert desk.sent.dropped == 2 * (1000 - 1) - 2 * (len(bundles) - 1) - 2 * (999 - 996)
+    assert desk.sent.dropped == 2 * (990 - 90), "990 of each were there when the last was sent"
+
+
+def test_a_late_body_is_followed_by_one_in_time(desk):
+    at = 100 * BODY_PAUSE_NS
+    for now_ns, is_sent in (
+        (at, True),
+        (at + 1, True),
+        (at + 2, False),
+        (at + BODY_PAUSE_NS, True),
+    ):
+        desk.bodies.put(2, b"a")
+        assert bool(desk.texts(now_ns)) is is_sent
 
 
 def test_a_body_is_sent_once(desk):
