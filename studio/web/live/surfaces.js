@@ -2,8 +2,17 @@
 import * as THREE from "three";
 
 const KIND = 4;
-const IN_FRONT_M = 0.02; // of the splats of the surface itself, which are that thick
+const IN_FRONT_M = 0.02; // of the surface
+const NEARER_M = 0.08; // splats in front of it by less than this are the scan of the surface itself
 const CORNERS = [[0, 1], [1, 1], [1, 0], [0, 0]]; // clockwise from the top left, as pictures lie
+
+// Where it is drawn stays, how deep it lies in the picture becomes less.
+const NEARER = `
+  #include <project_vertex>
+  vec4 nearer = vec4(mvPosition.xyz * (1.0 - ${NEARER_M} / length(mvPosition.xyz)), 1.0);
+  vec4 nearerClip = projectionMatrix * nearer;
+  gl_Position.z = nearerClip.z / nearerClip.w * gl_Position.w;
+`;
 
 export class Surfaces {
   /** `upright`: the group whose axes are a headset's; `changed`: the picture is no longer right. */
@@ -92,7 +101,11 @@ function emptyBoard() {
   geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(12), 3));
   geometry.setAttribute("uv", new THREE.BufferAttribute(new Float32Array(CORNERS.flat()), 2));
   geometry.setIndex([0, 2, 1, 0, 3, 2]);
-  const mesh = new THREE.Mesh(geometry, new THREE.MeshBasicMaterial({ toneMapped: false }));
+  const material = new THREE.MeshBasicMaterial({ toneMapped: false });
+  material.onBeforeCompile = (shader) => {
+    shader.vertexShader = shader.vertexShader.replace("#include <project_vertex>", NEARER);
+  };
+  const mesh = new THREE.Mesh(geometry, material);
   mesh.visible = false;
   return mesh;
 }

@@ -2,6 +2,7 @@
 
 import time
 
+import cv2
 import numpy as np
 import pytest
 
@@ -266,3 +267,32 @@ def test_somebody_who_is_sent_away_is_told_and_back_at_the_door(page, hub):
     assert "goodbye" in words
     assert "new code" in words
     assert page.evaluate("sessionStorage.length") == 0
+
+
+def test_a_surface_is_made_live_by_its_corners_and_shows_what_the_camera_sees(page, hub):
+    join(page, hub, width=900, height=600)
+    page.evaluate("document.getElementById('tool-mark').click()")
+    mouse = {"button": "left", "buttons": 1, "clickCount": 1}
+    # Not in order: the page sorts them as pictures lie.
+    for x, y in ((500, 440), (330, 320), (500, 320), (330, 440)):
+        page.call("Input.dispatchMouseEvent", type="mousePressed", x=x, y=y, **mouse)
+        page.call("Input.dispatchMouseEvent", type="mouseReleased", x=x, y=y, **mouse)
+    (surface,) = arrived(hub, lambda taken: taken.surfaces)
+    assert surface.corners_in_world.shape == (4, 3)
+    assert page.evaluate("live.tools.tool") == "look"
+
+    hub.publish(reduce_state(moved(SceneState(), 0.3), surface, 1))
+    jpeg = cv2.imencode(".jpg", np.full((30, 40, 3), (0, 0, 255), np.uint8))[1].tobytes()
+    hub.show(surface.surface_id, jpeg)
+    page.wait_for("Object.keys(live.surfaces.shown()).length === 1")
+    assert page.evaluate("live.surfaces.shown()") == {surface.surface_id: [40, 30]}
+    page.wait_for("live.drawn() > 0")
+    time.sleep(0.5)
+    reds = (page.picture().astype(int) @ (1, -1, -1)) > 100
+    assert reds[340:420, 370:490].mean() > 0.3  # splats of this floor are wide, some lie before it
+
+    page.evaluate("live.board.undo()")
+    gone = arrived(hub, lambda taken: taken.surfaces)[0]
+    assert len(gone.corners_in_world) == 0
+    page.wait_for("Object.keys(live.surfaces.shown()).length === 0")
+    assert page.messages == []
