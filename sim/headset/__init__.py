@@ -2,7 +2,7 @@
 
 `moves.py` (head, hands, controllers and ray of one person), `faults.py` (what goes wrong between
 headset and hub), `connection.py` (pairing and the WebSocket), `room_download.py` (files of the
-room), `client.py` (one person who joins,
-moves, draws and listens), `delays.py` (how long messages took), `crowd.py` (many people in one
-process), `attacks.py` (people who try what they may not).
+room), `client.py` (one person who joins, moves, draws and listens), `tally.py` `delays.py` (figures
+of all, and how long messages took), `crowd.py` (many people in one process), `attacks.py` (people
+who try what they may not).
 """

@@ -9,10 +9,11 @@ from dataclasses import dataclass
 
 import aiohttp
 
-from sim.headset.client import RATE_HZ, ClientPlan, HeadsetClient, Tally
+from sim.headset.client import RATE_HZ, ClientPlan, HeadsetClient
 from sim.headset.connection import HubAddress, HubRefusedError
 from sim.headset.faults import HeadsetFault
 from sim.headset.moves import Moves
+from sim.headset.tally import Tally
 
 MAX_CLIENTS = 256
 """People of one process: as many connections as a hub takes."""

@@ -9,8 +9,8 @@ import numpy as np
 BIN_MS = 0.05
 """Width of a bin, chosen: a hundredth of the smallest figure that is asked for, 5 ms."""
 
-BINS = 40_000
-"""Bins: up to two seconds; what took longer is in the last."""
+BINS = 200_000
+"""Bins: up to ten seconds; what took longer is in the last."""
 
 
 class Delays:

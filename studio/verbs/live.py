@@ -283,6 +283,10 @@ def _crowd(
 
     if hub is None or not args.clients:
         return None
+    trusted: Path | None = None
+    if hub.root_pem is not None:
+        trusted = Path(stack.enter_context(tempfile.TemporaryDirectory())) / "root.pem"
+        trusted.write_bytes(hub.root_pem)
     crowd = Crowd(
         hub,
         lambda: session.status().live_s,
@@ -291,6 +295,7 @@ def _crowd(
         clock=clock,
         tokens=tokens,
         say=_say,
+        trusted=trusted,
     )
     crowd.start()
     stack.callback(crowd.end)

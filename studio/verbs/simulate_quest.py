@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any
 from scenes.workers.task import Task
 
 if TYPE_CHECKING:
-    from sim.headset.client import Tally
     from sim.headset.crowd import CrowdPlan
+    from sim.headset.tally import Tally
     from studio.console.rows import Row
 
 MAX_WAITING = 64

@@ -7,6 +7,7 @@ import json
 import subprocess
 from collections.abc import Callable
 from contextlib import suppress
+from pathlib import Path
 from typing import Any, cast
 
 from devices.clock import Clock
@@ -72,6 +73,7 @@ class Crowd:
         clock: session time.
         tokens: the hub's, to make one that has expired.
         say: takes a line for the log.
+        trusted: file of the hub's root certificate; None without TLS.
     """
 
     def __init__(
@@ -84,7 +86,9 @@ class Crowd:
         clock: Clock,
         tokens: Tokens,
         say: Callable[[str], None],
+        trusted: Path | None = None,
     ) -> None:
+        self._trusted = trusted
         self._hub, self._live_s = hub, live_s
         self._clients, self._seconds = clients, seconds
         self._clock, self._tokens, self._say = clock, tokens, say
@@ -150,7 +154,9 @@ class Crowd:
         self._leave()
 
     def _join(self) -> None:
-        words = ("simulate", "quest", self._hub.url, "--code", "-", "--json")
+        words = ["simulate", "quest", self._hub.url, "--code", "-", "--json"]
+        if self._trusted is not None:
+            words += ["--trust", str(self._trusted)]
         self._process = ChildProcess(
             module_command("studio.cli", *words, "--clients", str(self._clients)),
             stdin=subprocess.PIPE,
@@ -185,7 +191,7 @@ class Crowd:
             ticket = Ticket(person_id, Role.REMOTE, 1)
             return self._tokens.make(ticket, self._clock.now_ns() - TOKEN_NS)
 
-        address = HubAddress(self._hub.url)
+        address = HubAddress(self._hub.url, self._trusted)
         try:
             self._attempts = asyncio.run(attack(address, self._hub, expired=expired))
         except (HubRefusedError, OSError, TimeoutError) as error:

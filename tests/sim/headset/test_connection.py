@@ -1,7 +1,11 @@
 import asyncio
 
+import aiohttp
 import pytest
 
+from devices.clock import WallClock
+from devices.hub.contract import Asset, HubSettings
+from devices.hub.server import Hub
 from sim.headset.connection import HubAddress, HubRefusedError, connect, fetch_page, pair
 
 
@@ -32,6 +36,30 @@ def test_somebody_pairs_and_is_welcomed(hub):
             assert one.is_closed
 
     asyncio.run(asyncio.wait_for(play(), 10))
+
+
+def test_a_hub_with_a_certificate_is_trusted_by_its_root_alone(tmp_path):
+    settings = HubSettings(certificate_folder=tmp_path / "certificates")
+    hub = Hub(settings, {"/": Asset(b"<title>room</title>", "text/html")}, clock=WallClock())
+    hub.start()
+    try:
+        root = tmp_path / "root.pem"
+        root.write_bytes(hub.root_pem)
+
+        async def play(address):
+            async with address.opened() as http:
+                token = await pair(http, address, code=hub.invite().code, name="Ann")
+                one = await connect(http, address, token=token, name="Ann")
+                await one.close()
+                return one.welcome["you"]
+
+        assert asyncio.run(play(HubAddress(hub.url, root))) == "p1"
+        with pytest.raises(aiohttp.ClientConnectorCertificateError):
+            asyncio.run(play(HubAddress(hub.url)))
+    finally:
+        hub.close()
+    with pytest.raises(ValueError, match=r"no\.pem: no root certificate"):
+        HubAddress("https://127.0.0.1/", tmp_path / "no.pem").opened()
 
 
 def test_a_hub_s_no_is_said_with_its_reason(hub):

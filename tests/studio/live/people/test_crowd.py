@@ -81,7 +81,9 @@ def test_two_people_are_measured_and_attacks_refused(room):
     assert 0 < rows["live.frame_to_client_ms.p50"].value < 200
     assert 0 < rows["live.hand_to_client_ms.p95"].value < 200
     assert 0 < rows["live.join_s"].value < 5
-    assert rows["live.clients2.rss_growth_percent"].value < 50
+    # On a busy machine they may be here for too few samples: left out then, not 0.
+    growth = rows.get("live.clients2.rss_growth_percent")
+    assert growth is None or growth.value < 50
 
 
 def test_before_the_session_is_live_nobody_joins(room):
