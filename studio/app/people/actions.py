@@ -102,13 +102,11 @@ class GuestActions:
                 "people.remove",
                 "Send a person away",
                 "Live",
-                guests.remove,
+                lambda person: guests.remove(person),
                 "they need a new code to come back",
-                arguments=("name",),
+                arguments=("person",),
                 available=lambda: guests.is_open,
-                choices=lambda: [
-                    Choice(each.name, {"name": each.person_id}) for each in guests.people()
-                ],
+                choices=self._each,
             ),
             Action(
                 "people.follow",

@@ -118,4 +118,4 @@ class PersonRow(QFrame):
         self._bench.do("people.mute", person=self.person.person_id, muted=not self.person.is_muted)
 
     def _remove(self) -> None:
-        self._bench.do("people.remove", name=self.person.person_id)
+        self._bench.do("people.remove", person=self.person.person_id)
