@@ -11,9 +11,9 @@ import pytest
 from devices.hub.contract import Invitation
 from devices.hub.roles import Person, Role
 from studio.app.model.documents.document import Document
+from studio.app.model.runs.guests import Guests
 from studio.app.model.settings import Settings
 from studio.app.model.workbench import Workbench
-from studio.app.people.guests import Guests
 
 S = 1_000_000_000
 

@@ -22,8 +22,8 @@ HEAD = look_at(np.array([0.0, 0.0, 1.6]), np.array([1.0, 0.0, 1.5]))
 
 @pytest.fixture
 def panel(stage, qapp):
-    from studio.app.people.actions import GuestActions
     from studio.app.people.dock import PeopleDock
+    from studio.app.shell.actions.people import GuestActions
 
     GuestActions(stage.bench, stage.guests).add()
     stage.followed = []

@@ -12,7 +12,7 @@ from aiohttp import ClientSession
 
 from scenes.frames import look_at
 from scenes.state import Avatar, SceneState
-from studio.app.people.guests import Guests
+from studio.app.model.runs.guests import Guests
 from studio.console.display import why_no_window
 from tests.studio.app.live.conftest import opened  # noqa: F401 - a fixture
 

@@ -3,10 +3,9 @@
 from dataclasses import replace
 
 from devices.hub.roles import Person, Role
-from studio.app.people.guests import DoorState
+from studio.app.model.runs.guests import ROLES, DoorState
 from studio.app.people.words import (
     ROLE_HINTS,
-    ROLES,
     STARTS,
     code_words,
     here_words,

@@ -8,9 +8,9 @@ from enum import StrEnum
 from typing import TYPE_CHECKING
 
 from scenes.workers.task import Task
+from studio.app.model.runs.hub_parts import DoorsLike, HubLike
 from studio.app.model.runs.live_run import LiveRun
 from studio.app.model.workbench import Topic, Workbench
-from studio.app.people.needed import DoorsLike, HubLike
 
 if TYPE_CHECKING:  # the hub takes a second to import: not before somebody is let in
     from devices.hub.contract import Invitation
@@ -26,6 +26,15 @@ MAX_UNDO = 50
 WORSE_MS = 150.0
 """Round trip above which talking and pointing do not fit any more, milliseconds (ITU-T G.114 asks
 for 150 one way at most)."""
+
+
+ROLES = {
+    "local": "on site",
+    "remote": "remote",
+    "operator": "operator",
+    "spectator": "spectator",
+}
+"""Roles as people read them."""
 
 
 class DoorState(StrEnum):
@@ -121,7 +130,7 @@ class Guests:
 
     @property
     def undoes(self) -> str:
-        """What `undo` takes back; empty if nothing."""
+        """Label of what `undo` takes back; empty if nothing."""
         return self._undo[-1].label if self._undo else ""
 
     # --- doors -----------------------------------------------------------------------------------

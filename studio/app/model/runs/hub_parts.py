@@ -1,4 +1,4 @@
-"""Parts of a live session that the panel needs: doors and a hub, real ones or made of nothing."""
+"""Doors and a hub, as far as the window uses those of a live session."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:  # the hub takes a second to import: not before somebody is le
 
 
 class HubLike(Protocol):
-    """What the panel needs of `devices.hub.server.Hub`."""
+    """A hub, as far as the panel uses `devices.hub.server.Hub`."""
 
     @property
     def url(self) -> str:
@@ -44,7 +44,7 @@ class HubLike(Protocol):
 
 
 class DoorsLike(Protocol):
-    """What the panel needs of `studio.live.people.doors.Doors`."""
+    """Doors, as far as the panel uses `studio.live.people.doors.Doors`."""
 
     @property
     def hub(self) -> HubLike | None:

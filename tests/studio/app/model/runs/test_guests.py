@@ -3,8 +3,10 @@
 import pytest
 
 from devices.hub.roles import Role
-from studio.app.people.guests import DoorState
-from tests.studio.app.people.conftest import S
+from studio.app.model.runs.guests import DoorState
+from tests.studio.app.people.conftest import S, stage
+
+__all__ = ["stage"]
 
 
 def test_without_a_session_nobody_can_be_let_in(stage):

@@ -5,9 +5,8 @@ from __future__ import annotations
 from PySide6.QtGui import QGuiApplication
 
 from studio.app.model.actions import Action, Choice
+from studio.app.model.runs.guests import ROLES, DoorState, Guests
 from studio.app.model.workbench import Workbench
-from studio.app.people.guests import DoorState, Guests
-from studio.app.people.words import ROLES
 
 
 class GuestActions:
