@@ -22,7 +22,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from studio.handover.web_files import LICENCES, MODULES, fetch, is_complete  # noqa: E402
+from studio.web.web_files import LICENCES, MODULES, fetch, is_complete  # noqa: E402
 
 BUNDLED = "studio/bundled"
 """Where `studio/console/program_files.py` looks for them."""

@@ -197,15 +197,17 @@ def reduce_state(state: SceneState, change: StateChange, t_ns: int) -> SceneStat
             changed = {"objects": _with(state.objects, change.object_id, change)}
         case LiveSurface():
             is_there = len(change.corners_in_world) > 0
-            items = _set(state.surfaces, change.surface_id, change if is_there else None)
+            items = _set(state.surfaces, change.surface_id, value=change if is_there else None)
             changed = {"surfaces": items}
         case Avatar():
             changed = {"avatars": _with(state.avatars, change.user_id, change)}
         case AvatarGone():
-            changed = {"avatars": _set(state.avatars, change.user_id, None)}
+            changed = {"avatars": _set(state.avatars, change.user_id, value=None)}
         case Annotation():
             is_there = len(change.points_in_world) > 0
-            items = _set(state.annotations, change.annotation_id, change if is_there else None)
+            items = _set(
+                state.annotations, change.annotation_id, value=change if is_there else None
+            )
             changed = {"annotations": items}
     if all(value is getattr(state, name) for name, value in changed.items()):
         return state
@@ -216,7 +218,7 @@ def _with(mapping: Mapping[str, T], key: str, value: T) -> Mapping[str, T]:
     return MappingProxyType({**mapping, key: value})
 
 
-def _set(mapping: Mapping[str, T], key: str, value: T | None) -> Mapping[str, T]:
+def _set(mapping: Mapping[str, T], key: str, *, value: T | None) -> Mapping[str, T]:
     """Return the mapping with a value, or without it; the same one where it never was."""
     if value is not None:
         return _with(mapping, key, value)

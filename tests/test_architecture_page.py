@@ -11,7 +11,14 @@ from tests import rooms
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "architecture.md"
 SOURCES = {".py", ".rs", ".toml", ".html"}
-NOT_ROOMS = {"scenes/samples/data", "scenes/samples/scans", "sim/sweeps", "studio/handover/viewer"}
+NOT_ROOMS = {
+    "scenes/samples/data",
+    "scenes/samples/scans",
+    "sim/sweeps",
+    "studio/handover/viewer",
+    "studio/web/live",
+    "studio/web/shared",
+}
 """Folders of data: light maps, scans, sweeps, and the exported page's own modules."""
 MIN_WORDS = 4
 """Of a room's first sentence: fewer say no more than its name."""

@@ -18,7 +18,7 @@ from types import SimpleNamespace
 import pytest
 
 from studio.console import program_files
-from studio.handover.web_files import LICENCES, is_complete
+from studio.web.web_files import LICENCES, is_complete
 
 ROOT = Path(__file__).resolve().parents[1]
 SCRIPT = ROOT / "release" / "build.py"

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,6 +26,12 @@ USED_GB = 1.5
 
 SESSION_S, FORK_S = 6.0, 3.0
 """Length of a session, and the instant at which it is forked."""
+
+LATER = f"""
+[faults]
+exposure = {{ from_s = {FORK_S + 1.0}, to_s = {FORK_S + 2.0}, ev = -1.0 }}
+"""
+"""Something that lies after the fork: without a change there is nothing to play once more."""
 
 LAST = 3
 """Rounds at the end whose median counts: one round alone may have been read while it was busy."""
@@ -114,12 +121,15 @@ def _round(window: MainWindow, wait: Wait, project: Path) -> None:
         bench.perform("timeline.seek", t_s=float(t_s))
         rest(wait, 0.5)
     _film(window, wait, project.with_name("used.mp4"))
+    changed = f"{bench.document.scenario}{LATER}"
+    bench.change("Darken the end", replace(bench.document, scenario=changed))
     bench.perform("timeline.fork", t_s=FORK_S)
     wait(lambda: run.report is not None and run.report != rehearsal, limit_s=PLAYED_S)
     _idle(window, wait)
     wait(lambda: timeline.is_compared)  # the window compares a fork with its original by itself
     rest(wait, 1.0)
     bench.perform("timeline.close")
+    bench.perform("edit.undo")  # else the window asks what becomes of the change
     bench.perform("file.open_scene", scene="desk")
     wait(lambda: bench.document.scene == "desk")
     shutil.rmtree(rehearsal.parent)  # a long use fills no disk

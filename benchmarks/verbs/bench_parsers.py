@@ -1,4 +1,4 @@
-"""`nexus bench parsers`: hostile bytes for every parser that a camera reaches."""
+"""`nexus bench parsers`: hostile bytes for every parser that a network reaches."""
 
 from __future__ import annotations
 

@@ -68,7 +68,13 @@ VERBS = (
     Verb(
         "bench parsers",
         "benchmarks.verbs.bench_parsers",
-        "give hostile bytes to every parser that a camera reaches, and count those that fail",
+        "give hostile bytes to every parser that a network reaches, and count those that fail",
         "nexus bench parsers --json",
+    ),
+    Verb(
+        "bench hub",
+        "benchmarks.verbs.bench_hub",
+        "let many people into a session on loopback, then hostile ones: latency, memory, crashes",
+        "nexus bench hub --clients 16 --json",
     ),
 )

@@ -1,4 +1,4 @@
-"""Every parser of Insta360 and of RTSP against hostile bytes: each input is read or refused.
+"""Every parser of what comes over a network against hostile bytes: each input is read or refused.
 
 A refusal is the one error that a parser's docstring names. Anything else is a defect; its seed
 makes it again.
@@ -16,6 +16,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from benchmarks.wire.fuzz_people import people_targets
 from benchmarks.wire.fuzz_streams import stream_targets
 from benchmarks.wire.hostile import hostile_bytes
 from devices.clock import ManualClock
@@ -184,6 +185,7 @@ def targets() -> Mapping[str, FuzzTarget]:
         "RTSP requests": FuzzTarget(RTSP_REQUESTS, _read_rtsp, (RtspError,)),
         "OSC requests": FuzzTarget(requests, partial(_answer_osc, camera), wire),
         **{name: FuzzTarget(*parts) for name, parts in stream_targets(PICTURE).items()},
+        **{name: FuzzTarget(*parts) for name, parts in people_targets().items()},
     }
 
 

@@ -1,4 +1,4 @@
-"""Who is let in: a code becomes a person and a token, a token a connection."""
+"""Letting people in: a code becomes a person and a token, a token a connection."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Admission:
         if self._is_full(now_ns) or self.attendance.arriving() >= MAX_ARRIVING:
             raise Refused("the room is full", kind="full")
         role = self.codes.redeem(code, address=address, now_ns=now_ns)
-        return self.attendance.add(name, role, now_ns)
+        return self.attendance.add(name, role, now_ns=now_ns)
 
     def admit(self, token: str, now_ns: int) -> Guest:
         """Return whose token it is, for whom there is room; older ones are worth nothing from then.

@@ -19,7 +19,7 @@ ARRIVING_NS = 120 * 10**9
 MAX_INDEX = 0xFFFF
 """Largest number of a person; a session of so many is over."""
 
-BODIES_HZ, BODIES_BURST = 100.0, 40.0
+BODIES_HZ, BODIES_BURST = 100.0, 100.0
 """Bodies that a person may send: a headset's 90 a second, and what a stalled network delivers
 together."""
 
@@ -63,6 +63,7 @@ class Guest:
         away_since_ns: when the connection broke, or the pairing was.
         outbox: of the connection; None while there is none.
         has_joined: whether they were ever connected.
+        is_gone: whether the others were told that they have left.
         oldest_token: number of the oldest token that is still good.
         newest_token: number of the newest one.
         renewed_ns: when the newest one was made.
@@ -76,6 +77,7 @@ class Guest:
     away_since_ns: int
     outbox: Outbox | None = None
     has_joined: bool = False
+    is_gone: bool = False
     oldest_token: int = 1
     newest_token: int = 0
     renewed_ns: int = 0
@@ -112,7 +114,7 @@ class Attendance:
     _guests: dict[str, Guest] = field(default_factory=dict[str, Guest])
     _last_index: int = 0
 
-    def add(self, name: str, role: Role, now_ns: int) -> Guest:
+    def add(self, name: str, role: Role, *, now_ns: int) -> Guest:
         """Let somebody in.
 
         Raises:
@@ -141,6 +143,17 @@ class Attendance:
     def listed(self, now_ns: int) -> list[Guest]:
         """Return who is here or may come back any moment."""
         return [guest for guest in self._guests.values() if guest.is_listed(now_ns)]
+
+    def note_left(self, now_ns: int) -> list[Guest]:
+        """Return who is not listed any longer, each once until they come back."""
+        left = [
+            guest
+            for guest in self._guests.values()
+            if guest.has_joined and not guest.is_gone and not guest.is_listed(now_ns)
+        ]
+        for guest in left:
+            guest.is_gone = True
+        return left
 
     def arriving(self) -> int:
         """Return how many have paired and not joined yet."""

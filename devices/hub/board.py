@@ -133,7 +133,7 @@ def drawn_surface(surface: LiveSurface, *, by: str) -> Drawn:
 
 @dataclass(slots=True, eq=False)
 class _Step:
-    """What one undo takes back.
+    """A line or surface before the operations that one undo takes back.
 
     Attributes:
         before: as it was.
@@ -167,7 +167,7 @@ class Board:
             },
         }
 
-    def do(self, person_id: str, do: Do, now_ns: int) -> Drawn:
+    def do(self, person_id: str, do: Do, *, now_ns: int) -> Drawn:
         """Do what a person asks for; return what has become of the line or surface.
 
         Raises:
@@ -186,7 +186,7 @@ class Board:
         changed = Drawn(do.op, key, person_id, do.points, do.colour)
         self._check_room(changed, do)
         before = self._of(do.op).get(key) or Drawn(do.op, key, person_id, NOTHING, do.colour)
-        self._remember(person_id, before, changed, now_ns)
+        self._remember(before, changed, now_ns=now_ns)
         self.put(changed)
         return changed
 
@@ -219,9 +219,9 @@ class Board:
         if drawn.op is Op.LINE and self._points + more > MAX_POINTS_IN_ALL:
             raise OpError(f"lines of {self._points} points are there, erase some", op_id=do.op_id)
 
-    def _remember(self, person_id: str, before: Drawn, changed: Drawn, now_ns: int) -> None:
+    def _remember(self, before: Drawn, changed: Drawn, *, now_ns: int) -> None:
         """Let a line that grows, or a surface that is carried, be taken back as one."""
-        steps = self._steps.setdefault(person_id, deque(maxlen=MAX_UNDO))
+        steps = self._steps.setdefault(changed.by, deque(maxlen=MAX_UNDO))
         newest = steps[-1] if steps else None
         is_there = len(changed.points) > 0
         if newest is not None and newest.is_open and is_there:

@@ -1,15 +1,16 @@
-"""What everybody gets: the newest state, the log in order, the newest bodies. No socket here."""
+"""Channels to everybody: the newest state, the log in order, the newest bodies. No socket here."""
 
 from __future__ import annotations
 
 import json
 import math
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 from devices.hub.board import DECIMALS, GLTF_FROM_WORLD
+from devices.hub.wire import pack_item
 from scenes.frames import WORLD_FROM_GLTF
 from scenes.state import SceneState, TrackedObject
 
@@ -108,7 +109,7 @@ class LogChannel:
 
 @dataclass(slots=True)
 class BodyChannel:
-    """Newest body of everybody, as it came."""
+    """Newest body of everybody, packed once for all who get it."""
 
     counter: int = 0
     _newest: dict[int, tuple[int, int, bytes]] = field(
@@ -119,19 +120,41 @@ class BodyChannel:
         """Take the newest body of a person."""
         self.counter += 1
         of_person = self._newest.get(index, (0, 0, b""))[1] + 1
-        self._newest[index] = (self.counter, of_person, data)
+        self._newest[index] = (self.counter, of_person, pack_item(index, data))
 
     def drop(self, index: int) -> None:
         """Forget somebody's body."""
         self._newest.pop(index, None)
 
     def since(self, counter: int, *, but: int) -> list[tuple[int, int, bytes]]:
-        """Return index, number and body of all but one person whose body is newer than that."""
+        """Return index, number and packed body of all but one whose body is newer than that."""
         return [
-            (index, of_person, data)
-            for index, (number, of_person, data) in self._newest.items()
+            (index, of_person, item)
+            for index, (number, of_person, item) in self._newest.items()
             if number > counter and index != but
         ]
+
+
+@dataclass(slots=True)
+class PictureChannel:
+    """Newest picture of each live surface, as it is sent."""
+
+    counter: int = 0
+    _newest: dict[str, tuple[int, bytes]] = field(default_factory=dict[str, "tuple[int, bytes]"])
+
+    def put(self, surface_id: str, message: bytes) -> None:
+        """Take the newest picture of a surface."""
+        self.counter += 1
+        self._newest[surface_id] = (self.counter, message)
+
+    def keep(self, surfaces: Collection[str]) -> None:
+        """Forget pictures of all other surfaces."""
+        for gone in self._newest.keys() - surfaces:
+            del self._newest[gone]
+
+    def next_after(self, counter: int) -> tuple[int, bytes] | None:
+        """Return the number and message of the oldest newer picture; None if there is none."""
+        return min((each for each in self._newest.values() if each[0] > counter), default=None)
 
 
 def _object_text(tracked: TrackedObject) -> str:

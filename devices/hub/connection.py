@@ -11,11 +11,10 @@ from aiohttp import WSCloseCode, WSMessage, WSMsgType, web
 
 from devices.clock import Clock
 from devices.hub.admission import Refused
-from devices.hub.attendance import Guest
 from devices.hub.channels import to_text
 from devices.hub.messages import MAX_TEXT_BYTES, Hello, MessageError, OpError, read_message
 from devices.hub.outbox import Outbox
-from devices.hub.session import Session
+from devices.hub.session import Session, Visit
 
 HELLO_S = 10.0
 """Time for the first message; chosen: a phone on a bad network."""
@@ -45,7 +44,7 @@ class Connection:
         peers: all connections, this one among them.
     """
 
-    def __init__(self, session: Session, clock: Clock, peers: set[Connection]) -> None:
+    def __init__(self, session: Session, *, clock: Clock, peers: set[Connection]) -> None:
         self._session, self._clock, self._peers = session, clock, peers
         self._socket = web.WebSocketResponse(
             autoping=False, compress=False, max_msg_size=MAX_TEXT_BYTES, writer_limit=1, timeout=2.0
@@ -93,20 +92,18 @@ class Connection:
         try:
             hello = await self._first_message()
             with self._session.lock:
-                guest, outbox = self._session.enter(
-                    hello, address=address, now_ns=self._clock.now_ns()
-                )
+                visit = self._session.enter(hello, address=address, now_ns=self._clock.now_ns())
         except (Refused, MessageError) as error:
             await self._say_goodbye(str(error))
             return self._socket
-        self._outbox = outbox
+        self._outbox = visit.outbox
         self._wake_all()
-        sender = asyncio.ensure_future(self._send_all(outbox))
+        sender = asyncio.ensure_future(self._send_all(visit.outbox))
         try:
-            await self._hear_all(guest, outbox)
+            await self._hear_all(visit)
         finally:
             with self._session.lock:
-                self._session.leave(guest, outbox, self._clock.now_ns())
+                self._session.leave(visit, self._clock.now_ns())
             self._outbox = None
             self._wake_all()
             sender.cancel()
@@ -127,35 +124,33 @@ class Connection:
             raise MessageError("the first message has to be hello")
         return found
 
-    async def _hear_all(self, guest: Guest, outbox: Outbox) -> None:
+    async def _hear_all(self, visit: Visit) -> None:
         while not self._socket.closed:
             message = await self._socket.receive()
             if message.type in (WSMsgType.CLOSE, WSMsgType.CLOSING, WSMsgType.CLOSED):
                 return
             if message.type is WSMsgType.ERROR:
                 with self._session.lock:
-                    self._session.fault(
-                        guest, outbox, "no WebSocket message", now_ns=self._clock.now_ns()
-                    )
+                    self._session.fault(visit, "no WebSocket message", now_ns=self._clock.now_ns())
                 return
             self._heard_ns = self._clock.now_ns()
-            self._hear(guest, outbox, message)
+            self._hear(visit, message)
 
-    def _hear(self, guest: Guest, outbox: Outbox, message: WSMessage) -> None:
+    def _hear(self, visit: Visit, message: WSMessage) -> None:
         now_ns = self._heard_ns
         session = self._session
         if message.type is WSMsgType.BINARY:
             with session.lock:
-                is_news = session.see_body(guest, outbox, message.data, now_ns=now_ns)
+                is_news = session.see_body(visit, message.data, now_ns=now_ns)
             if is_news:
                 for peer in self._peers:
                     if peer is not self:
                         peer.wake_for_bodies(now_ns)
-            elif outbox.is_ending:
+            elif visit.outbox.is_ending:
                 self.wake()
         elif message.type is WSMsgType.TEXT:
             with session.lock:
-                is_news = session.hear(guest, outbox, message.data, now_ns=now_ns)
+                is_news = session.hear(visit, message.data, now_ns=now_ns)
             if is_news:
                 self._wake_all()
             else:
@@ -167,7 +162,7 @@ class Connection:
             sent_ns: int = _STAMP.unpack(message.data)[0]
             if sent_ns == self._pinged_ns:
                 with session.lock:
-                    session.measure(guest, now_ns - sent_ns)
+                    session.measure(visit.guest, now_ns - sent_ns)
 
     async def _send_all(self, outbox: Outbox) -> None:
         """Send what waits; wait; again, until the outbox has ended or the client is gone."""
@@ -180,7 +175,12 @@ class Connection:
                 await self._send_control(now_ns)
                 while True:
                     with session.lock:
-                        message = outbox.take(session.states, session.bodies, clock.now_ns())
+                        message = outbox.take(
+                            session.states,
+                            session.bodies,
+                            now_ns=clock.now_ns(),
+                            pictures=session.pictures,
+                        )
                     if message is None:
                         break
                     self._sending_since_ns = clock.now_ns()

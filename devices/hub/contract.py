@@ -28,7 +28,7 @@ class Asset:
 
 @dataclass(frozen=True, slots=True)
 class HubSettings:
-    """Where the hub listens and with which certificate.
+    """Address at which the hub listens, and its certificate.
 
     Attributes:
         host: "127.0.0.1" until the operator opens the hub; "0.0.0.0" for the whole network.

@@ -1,4 +1,4 @@
-"""What people have sent, as the session takes it: newest of each, in its own types and axes."""
+"""Everything that people have sent, newest of each, in the session's own types and axes."""
 
 from __future__ import annotations
 
@@ -8,16 +8,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from devices.hub.attendance import Guest
 from devices.hub.board import Drawn
 from devices.hub.contract import Arrived
 from devices.hub.roles import Op, Person, Role
 from devices.hub.wire import Body, decode_body
 from scenes.frames import OPENGL_FROM_OPENCV, WORLD_FROM_GLTF
 from scenes.state import Annotation, Avatar, LiveSurface
-
-SHOWN_NS = 2 * 10**9
-"""Age of a body at which a person is hidden, two seconds."""
 
 MAX_EVENTS = 256
 """Events that wait for the session; the oldest go first."""
@@ -40,9 +36,6 @@ class Inbox:
         default_factory=lambda: deque[tuple[str, str]](maxlen=MAX_EVENTS)
     )
     _handed: OrderedDict[int, Change] = field(default_factory=OrderedDict[int, Change])
-    _avatars: dict[str, tuple[bytes, Role, Avatar | None]] = field(
-        default_factory=dict[str, tuple[bytes, Role, "Avatar | None"]]
-    )
 
     def draw(self, drawn: Drawn) -> None:
         """Take a line or surface; one of the same name that waits is replaced."""
@@ -61,13 +54,8 @@ class Inbox:
         """Whether a value of the session's state is one that came from here."""
         return id(change) in self._handed
 
-    def take(self, guests: Iterable[Guest], now_ns: int) -> Arrived:
-        """Return everything since the last call, and forget it.
-
-        Args:
-            guests: everybody whose body counts.
-            now_ns: session time.
-        """
+    def take(self) -> Arrived:
+        """Return everything since the last call but people's bodies, and forget it."""
         lines = tuple(c for c in self._changes.values() if isinstance(c, Annotation))
         surfaces = tuple(c for c in self._changes.values() if isinstance(c, LiveSurface))
         for change in self._changes.values():
@@ -77,19 +65,26 @@ class Inbox:
         self._changes.clear()
         events = tuple(self._events)
         self._events.clear()
-        return Arrived(self._shown(guests, now_ns), lines, surfaces, events)
+        return Arrived((), lines, surfaces, events)
 
-    def _shown(self, guests: Iterable[Guest], now_ns: int) -> tuple[Avatar, ...]:
+
+@dataclass(slots=True)
+class Avatars:
+    """People as the session sees them, each body decoded once."""
+
+    _known: dict[str, tuple[bytes, Role, Avatar | None]] = field(
+        default_factory=dict[str, tuple[bytes, Role, "Avatar | None"]]
+    )
+
+    def of(self, bodies: Iterable[tuple[Person, bytes]]) -> tuple[Avatar, ...]:
+        """Return avatars of people and their newest bodies."""
         shown: dict[str, tuple[bytes, Role, Avatar | None]] = {}
-        for guest in guests:
-            person, data = guest.person, guest.body
-            if not data or now_ns - guest.body_ns > SHOWN_NS:
-                continue
-            known = self._avatars.get(person.person_id)
+        for person, data in bodies:
+            known = self._known.get(person.person_id)
             if known is None or known[0] is not data or known[1] is not person.role:
                 known = (data, person.role, avatar_of(decode_body(data), person))
             shown[person.person_id] = known
-        self._avatars = shown
+        self._known = shown
         return tuple(avatar for _data, _role, avatar in shown.values() if avatar is not None)
 
 

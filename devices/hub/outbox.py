@@ -1,12 +1,13 @@
-"""What waits to be sent to one client, and at which pace it goes: freshest first, log in order."""
+"""Messages that wait for one client, and their pace: freshest first, the log in order."""
 
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from devices.hub.channels import BodyChannel, StateChannel, to_text
-from devices.hub.wire import pack_bodies
+from devices.hub.channels import BodyChannel, PictureChannel, StateChannel, to_text
+from devices.hub.wire import join_items
 
 MAX_TEXTS = 1000
 """Texts that wait, the log's among them; more and the client is dropped."""
@@ -18,7 +19,7 @@ MAX_UNSEEN = 2
 """States on their way: one that is drawn while the next one travels."""
 
 BODY_PAUSE_NS = 10**9 // 90
-"""Least time between two messages of bodies: the fastest display of the headsets meant, 90 Hz."""
+"""Average time between two messages of bodies: the fastest display of the headsets meant, 90 Hz."""
 
 
 @dataclass(slots=True)
@@ -49,6 +50,7 @@ class Outbox:
     is_overfull: bool = False
     token_number: int = 0
     next_body_ns: int = 0
+    _first: deque[str] = field(default_factory=deque[str])
     _texts: deque[str] = field(default_factory=deque[str])
     _text_bytes: int = 0
     _people: str | None = None
@@ -57,17 +59,18 @@ class Outbox:
     _sent_version: int = -1
     _unseen: deque[int] = field(default_factory=deque[int])
     _sent_bodies: int = 0
+    _sent_pictures: int = 0
     _body_numbers: dict[int, int] = field(default_factory=dict[int, int])
 
-    def begin(self, welcome: str, *, version: int, token_number: int) -> None:
-        """Put the first message; states after that version follow it, and everybody's body.
+    def begin(self, texts: Sequence[str], *, version: int, token_number: int) -> None:
+        """Put the first texts; states after that version follow them, and everybody's body.
 
         Args:
-            welcome: the message.
+            texts: the welcome, and the log that was missed: however long, nobody is slow yet.
             version: of the state in it.
             token_number: of the token in it.
         """
-        self.put(welcome)
+        self._first.extend(texts)
         self._first_version = self._sent_version = version
         self.token_number = token_number
 
@@ -91,6 +94,7 @@ class Outbox:
         """Send nothing more but goodbye."""
         if self.is_ending:
             return
+        self._first.clear()
         self._texts.clear()
         self._text_bytes = 0
         self.put(to_text({"kind": "bye", "why": why}))
@@ -102,21 +106,35 @@ class Outbox:
             self._unseen.popleft()
         return self._first_version <= version <= self._sent_version
 
-    def take(self, states: StateChannel, bodies: BodyChannel, now_ns: int) -> str | bytes | None:
+    def take(
+        self,
+        states: StateChannel,
+        bodies: BodyChannel,
+        *,
+        now_ns: int,
+        pictures: PictureChannel | None = None,
+    ) -> str | bytes | None:
         """Return the next message; None where nothing is due.
 
         Args:
             states: newest state.
             bodies: newest bodies.
             now_ns: session time.
+            pictures: newest pictures of live surfaces, which wait for all else.
         """
-        message = self._next(states, bodies, now_ns)
+        message = self._next(states, bodies, now_ns=now_ns)
+        if message is None and pictures is not None and not self.is_ending:
+            message = self._picture(pictures)
         if message is not None:
             self.sent.messages += 1
             self.sent.bytes += len(message)
         return message
 
-    def _next(self, states: StateChannel, bodies: BodyChannel, now_ns: int) -> str | bytes | None:
+    def _next(
+        self, states: StateChannel, bodies: BodyChannel, *, now_ns: int
+    ) -> str | bytes | None:
+        if self._first:
+            return self._first.popleft()
         if self._texts:
             text = self._texts.popleft()
             self._text_bytes -= len(text)
@@ -126,7 +144,8 @@ class Outbox:
         if bodies.counter > self._sent_bodies and now_ns >= self.next_body_ns:
             bundle = self._bundle(bodies)
             if bundle is not None:
-                self.next_body_ns = now_ns + BODY_PAUSE_NS
+                # A body that came late is followed at once by one that is in time.
+                self.next_body_ns = max(self.next_body_ns, now_ns - BODY_PAUSE_NS) + BODY_PAUSE_NS
                 return bundle
         if self._people is not None:
             text, self._people = self._people, None
@@ -139,10 +158,17 @@ class Outbox:
             return message
         return None
 
+    def _picture(self, pictures: PictureChannel) -> bytes | None:
+        found = pictures.next_after(self._sent_pictures)
+        if found is None:
+            return None
+        self._sent_pictures, message = found
+        return message
+
     def _bundle(self, bodies: BodyChannel) -> bytes | None:
         newer = bodies.since(self._sent_bodies, but=self.index)
         self._sent_bodies = bodies.counter
-        for index, number, _data in newer:
+        for index, number, _item in newer:
             self.sent.dropped += max(0, number - self._body_numbers.get(index, number - 1) - 1)
             self._body_numbers[index] = number
-        return pack_bodies([(index, data) for index, _number, data in newer]) if newer else None
+        return join_items([item for _index, _number, item in newer]) if newer else None

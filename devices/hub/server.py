@@ -7,6 +7,7 @@ import logging
 import ssl
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
+from dataclasses import replace
 from typing import Any
 
 from aiohttp import web
@@ -22,9 +23,12 @@ from devices.hub.entry.certificates import (
 )
 from devices.hub.entry.pairing import PairingCodes
 from devices.hub.entry.tokens import Tokens
+from devices.hub.inbox import Avatars
+from devices.hub.port import Port
 from devices.hub.roles import Person, Role
 from devices.hub.session import Session
 from devices.hub.site import HEADERS, Site, is_loopback
+from devices.hub.wire import pack_picture
 from scenes.state import SceneState
 from scenes.workers.task import Task
 
@@ -40,14 +44,15 @@ GOODBYE_S = 1.0
 TICK_S = 0.5
 """Time between looks at who is away, silent or stuck."""
 
+LOOK_S, IDLE_LOOK_S = 0.005, 0.1
+"""Time between looks for a new state: while somebody is there, the age that it adds to a state is
+a sixth of the tracker's period at most; while nobody is, it only keeps the newest."""
+
 IDLE_S = 15.0
 """Time that a connection may be idle before and between requests."""
 
 EVERYWHERE = ("0.0.0.0", "::", "")
 """Hosts that stand for all of this machine's addresses."""
-
-MAX_CONNECTIONS = 256
-"""Connections of all kinds; chosen: 32 people, six files at a time each, and room above."""
 
 
 class Hub:
@@ -94,6 +99,7 @@ class Hub:
         self._ending: asyncio.Event | None = None
         self._connections: set[Connection] = set()
         self._newest: SceneState | None = None
+        self._avatars = Avatars()
         self._port = settings.port
         self._names: frozenset[str] = frozenset()
 
@@ -158,16 +164,34 @@ class Hub:
         return None if self._certificates is None else self._certificates.root_pem
 
     def publish(self, state: SceneState) -> None:
-        """Send what has changed to everybody; returns at once."""
-        is_due = self._newest is None
+        """Send what has changed to everybody; returns at once.
+
+        The hub's thread looks for it: waking it would let it take the interpreter from the caller,
+        for 5 ms where a crowd keeps it busy.
+        """
         self._newest = state
-        if is_due:
-            self._call_soon(self._publish)
+
+    def show(self, surface_id: str, jpeg: bytes) -> None:
+        """Send what a live surface shows to everybody, the newest where a link is slow.
+
+        Args:
+            surface_id: of a surface in a published state.
+            jpeg: its picture, upright, the first corner at the top left.
+
+        Raises:
+            WireError: the picture is larger than may be sent.
+        """
+        message = pack_picture(surface_id, jpeg)
+        with self._session.lock:
+            self._session.pictures.put(surface_id, message)
+        self._call_soon(self._wake_all)
 
     def take(self) -> Arrived:
         """Return what people have sent since the last call."""
         with self._session.lock:
-            return self._session.take(self._clock.now_ns())
+            arrived = self._session.take()
+            bodies = self._session.shown(self._clock.now_ns())
+        return replace(arrived, avatars=self._avatars.of(bodies))
 
     def people(self) -> tuple[Person, ...]:
         """Return who is here, and who may come back."""
@@ -240,22 +264,16 @@ class Hub:
             site.answer, access_log=None, logger=_silent(), keepalive_timeout=IDLE_S
         )
 
-        def accept() -> asyncio.Protocol:
-            protocol = server()
-            if len(server.connections) >= MAX_CONNECTIONS:
-                loop.call_soon(protocol.force_close)
-            return protocol
-
         tls = None if self._certificates is None else _tls(self._certificates)
-        listener = await loop.create_server(
-            accept, self._settings.host, self._settings.port, ssl=tls
-        )
+        port = Port(server, tls)
+        self._port = port.open(self._settings.host, self._settings.port)
         self._loop = loop
-        self._port = int(listener.sockets[0].getsockname()[1])
         listening.set_result(self._port)
         self._say(f"people: the hub listens at {self.url}")
+        looking = asyncio.ensure_future(self._look_for_states())
         await self._keep_time()
-        listener.close()
+        looking.cancel()
+        await port.close()
         with self._session.lock:
             self._session.end()
         self._wake_all()
@@ -269,21 +287,37 @@ class Hub:
         assert self._ending is not None
         while not self._ending.is_set():
             now_ns = self._clock.now_ns()
-            with self._session.lock:
-                self._session.tick(now_ns)
-            for connection in list(self._connections):
-                connection.check(now_ns)
-            self._wake_all()
+            self._try(lambda at=now_ns: self._look_around(at))
             try:
                 async with asyncio.timeout(TICK_S):
                     await self._ending.wait()
             except TimeoutError:
                 continue
 
+    def _look_around(self, now_ns: int) -> None:
+        with self._session.lock:
+            self._session.tick(now_ns)
+        for connection in list(self._connections):
+            connection.check(now_ns)
+        self._wake_all()
+
+    def _try(self, call: Callable[[], None]) -> None:
+        """Do something again and again, of which one time may fail: the others count."""
+        try:
+            call()
+        except Exception as error:  # noqa: BLE001 - a defect, said; people stay connected
+            self._say(f"people: defect in the hub: {type(error).__name__}")
+
+    async def _look_for_states(self) -> None:
+        while True:
+            self._try(self._publish)
+            await asyncio.sleep(LOOK_S if self._connections else IDLE_LOOK_S)
+
     async def _talk(self, request: web.BaseRequest, address: str) -> web.StreamResponse:
         if not web.WebSocketResponse().can_prepare(request):
             return web.Response(status=426, text="a WebSocket", headers=HEADERS)
-        connection = Connection(self._session, self._clock, self._connections)
+        self._try(self._publish)
+        connection = Connection(self._session, clock=self._clock, peers=self._connections)
         self._connections.add(connection)
         try:
             return await connection.serve(request, address)

@@ -8,7 +8,7 @@ from __future__ import annotations
 import threading
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,13 @@ import numpy as np
 from devices.hub.admission import Admission, Refused
 from devices.hub.attendance import Attendance, Guest
 from devices.hub.board import Board, drawn_by_room
-from devices.hub.channels import BodyChannel, LogChannel, StateChannel, to_text
+from devices.hub.channels import (
+    BodyChannel,
+    LogChannel,
+    PictureChannel,
+    StateChannel,
+    to_text,
+)
 from devices.hub.contract import Arrived
 from devices.hub.entry.pairing import PairingCodes, PairingRefused
 from devices.hub.entry.rates import Bucket
@@ -34,8 +40,19 @@ MAX_FAULTS = 20
 RENEW_NS = 5 * 60 * 10**9
 """Age of a token at which a connected person gets a fresh one: a third of its life."""
 
+SHOWN_NS = 2 * 10**9
+"""Age of a body at which a person is hidden, two seconds."""
+
 SAY_HZ, SAY_BURST = 2.0, 30.0
 """Lines about refusals in the log: an attack does not fill it; counts go on."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Visit:
+    """A person while one connection lasts."""
+
+    guest: Guest
+    outbox: Outbox
 
 
 class Session:
@@ -61,6 +78,7 @@ class Session:
         self.lock = threading.RLock()
         self.codes = codes
         self.states, self.log, self.bodies = StateChannel(), LogChannel(), BodyChannel()
+        self.pictures = PictureChannel()
         self.sent, self.refused = Sent(), Counter[str]()
         self._say = say
         self._attendance, self._board, self._inbox = Attendance(), Board(), Inbox()
@@ -78,7 +96,7 @@ class Session:
         try:
             guest = self._door.pair(code, name=name, address=address, now_ns=now_ns)
         except (PairingRefused, Refused) as error:
-            self.refuse(error.kind, f"{address}: {error}", now_ns)
+            self.refuse(f"{address}: {error}", kind=error.kind, now_ns=now_ns)
             raise
         self._note("paired", f"{self._called(guest)} has paired as {guest.person.role}")
         return self._door.new_token(guest, now_ns)
@@ -91,7 +109,7 @@ class Session:
             return False
         return True
 
-    def enter(self, hello: Hello, *, address: str, now_ns: int) -> tuple[Guest, Outbox]:
+    def enter(self, hello: Hello, *, address: str, now_ns: int) -> Visit:
         """Let somebody in whose token is good; the welcome waits in their outbox.
 
         Raises:
@@ -100,23 +118,25 @@ class Session:
         try:
             guest = self._door.admit(hello.token, now_ns)
         except Refused as error:
-            self.refuse(error.kind, f"{address}: {error}", now_ns)
+            self.refuse(f"{address}: {error}", kind=error.kind, now_ns=now_ns)
             raise
         if guest.outbox is not None:
             guest.outbox.end("you came in again on another connection")
         is_back = guest.is_listed(now_ns)
         outbox = Outbox(guest.person.index, self.sent)
-        guest.outbox, guest.has_joined = outbox, True
+        visit = Visit(guest, outbox)
+        guest.outbox, guest.has_joined, guest.is_gone = outbox, True, False
         name = guest.person.name if hello.name is None else hello.name
         guest.person = replace(guest.person, name=name, is_connected=True)
-        self._welcome(guest, outbox, hello, now_ns)
+        self._welcome(visit, hello, now_ns=now_ns)
         self._tell_people(now_ns)
         verb = "is back" if is_back else "joined"
         self._note("joined", f"{self._called(guest)} {verb} as {guest.person.role}")
-        return guest, outbox
+        return visit
 
-    def leave(self, guest: Guest, outbox: Outbox, now_ns: int) -> None:
+    def leave(self, visit: Visit, now_ns: int) -> None:
         """Note that a connection has ended."""
+        guest, outbox = visit.guest, visit.outbox
         if guest.outbox is not outbox:
             return
         guest.outbox, guest.away_since_ns = None, now_ns
@@ -124,11 +144,12 @@ class Session:
         self.bodies.drop(guest.person.index)
         self._note("away", f"{self._called(guest)} has lost the connection")
 
-    def hear(self, guest: Guest, outbox: Outbox, text: str, *, now_ns: int) -> bool:
+    def hear(self, visit: Visit, text: str, *, now_ns: int) -> bool:
         """Take a text from somebody; return whether the others get something of it."""
+        guest, outbox = visit.guest, visit.outbox
         limits = guest.limits
         if not (limits.texts.take(now_ns) and limits.text_bytes.take(now_ns, float(len(text)))):
-            self.refuse("rate", f"{self._called(guest)} sends too much", now_ns)
+            self.refuse(f"{self._called(guest)} sends too much", kind="rate", now_ns=now_ns)
             outbox.end("you send too much")
             return False
         try:
@@ -140,17 +161,18 @@ class Session:
                 pong = {"kind": "pong", "t_us": message.t_us, "hub_t_us": now_ns // 1000}
                 outbox.put(to_text(pong))
             elif isinstance(message, Do):
-                self._do(guest, outbox, message, now_ns)
+                self._do(visit, message, now_ns=now_ns)
                 return True
         except OpError as error:
-            self.refuse("op", f"{self._called(guest)}: {error}", now_ns)
+            self.refuse(f"{self._called(guest)}: {error}", kind="op", now_ns=now_ns)
             outbox.put(to_text({"kind": "refused", "id": error.op_id, "why": str(error)}))
         except MessageError as error:
-            self.fault(guest, outbox, str(error), now_ns=now_ns)
+            self.fault(visit, str(error), now_ns=now_ns)
         return False
 
-    def see_body(self, guest: Guest, outbox: Outbox, data: bytes, *, now_ns: int) -> bool:
+    def see_body(self, visit: Visit, data: bytes, *, now_ns: int) -> bool:
         """Take a body from somebody; return whether the others get it."""
+        guest = visit.guest
         if guest.person.is_muted:
             self.refused["muted"] += 1
             return False
@@ -160,7 +182,7 @@ class Session:
         try:
             check_body(data)
         except WireError as error:
-            self.fault(guest, outbox, str(error), now_ns=now_ns)
+            self.fault(visit, str(error), now_ns=now_ns)
             return False
         if guest.person.role is Role.SPECTATOR:
             data = head_only(data)
@@ -168,10 +190,11 @@ class Session:
         self.bodies.put(guest.person.index, data)
         return True
 
-    def fault(self, guest: Guest, outbox: Outbox, why: str, *, now_ns: int) -> None:
+    def fault(self, visit: Visit, why: str, *, now_ns: int) -> None:
         """Count a message that cannot be read; too many end the connection."""
+        guest, outbox = visit.guest, visit.outbox
         guest.faults += 1
-        self.refuse("message", f"{self._called(guest)}: {why}", now_ns)
+        self.refuse(f"{self._called(guest)}: {why}", kind="message", now_ns=now_ns)
         if guest.faults > MAX_FAULTS:
             guest.faults = 0
             outbox.end(f"your messages cannot be read: {why}")
@@ -183,9 +206,12 @@ class Session:
             if np.all(np.isfinite(drawn.points)) and self._board.put(drawn):
                 self._tell_all(self.log.add(drawn.entry()))
         self.states.take(state)
+        self.pictures.keep(state.surfaces.keys())
 
     def tick(self, now_ns: int) -> None:
         """Do what is due: fresh tokens, and whoever was away too long is gone."""
+        for guest in self._attendance.note_left(now_ns):
+            self._note("left", f"{self._called(guest)} has left")
         for guest in self._attendance.forget_old(now_ns):
             self._board.forget(guest.person.person_id)
         for guest, outbox in self._attendance.connected():
@@ -197,9 +223,17 @@ class Session:
         """Return who is here, and who may come back."""
         return tuple(guest.person for guest in self._attendance.listed(now_ns))
 
-    def take(self, now_ns: int) -> Arrived:
-        """Return what people have sent since the last call."""
-        return self._inbox.take(self._attendance.listed(now_ns), now_ns)
+    def take(self) -> Arrived:
+        """Return what people have sent since the last call, without their bodies."""
+        return self._inbox.take()
+
+    def shown(self, now_ns: int) -> list[tuple[Person, bytes]]:
+        """Return everybody who shows a body, and the newest of each."""
+        return [
+            (guest.person, guest.body)
+            for guest in self._attendance.listed(now_ns)
+            if guest.body and now_ns - guest.body_ns <= SHOWN_NS
+        ]
 
     def change(
         self,
@@ -251,13 +285,14 @@ class Session:
         """Note how long a ping and its answer took."""
         guest.person = replace(guest.person, latency_ms=round_trip_ns / 1e6)
 
-    def refuse(self, kind: str, text: str, now_ns: int) -> None:
+    def refuse(self, text: str, *, kind: str, now_ns: int) -> None:
         """Count a refusal, and say so unless there are too many."""
         self.refused[kind] += 1
         if self._lines_of_refusals.take(now_ns):
             self._note("refused", text)
 
-    def _welcome(self, guest: Guest, outbox: Outbox, hello: Hello, now_ns: int) -> None:
+    def _welcome(self, visit: Visit, hello: Hello, *, now_ns: int) -> None:
+        guest, outbox = visit.guest, visit.outbox
         person = guest.person
         entries = None if hello.log_seq is None else self.log.since(hello.log_seq)
         states = self.states
@@ -279,11 +314,11 @@ class Session:
             "t_us": now_ns // 1000,
         }
         welcome = f'{to_text(fields)[:-1]},"state":{state}}}'
-        outbox.begin(welcome, version=states.version, token_number=guest.newest_token)
-        for entry in entries or ():
-            outbox.put(entry)
+        texts = [welcome, *(entries or ())]
+        outbox.begin(texts, version=states.version, token_number=guest.newest_token)
 
-    def _do(self, guest: Guest, outbox: Outbox, do: Do, now_ns: int) -> None:
+    def _do(self, visit: Visit, do: Do, *, now_ns: int) -> None:
+        guest, outbox = visit.guest, visit.outbox
         person = guest.person
         if person.is_muted:
             raise OpError("you are muted", op_id=do.op_id)
@@ -292,7 +327,7 @@ class Session:
         if not guest.limits.ops.take(now_ns):
             raise OpError("too many operations at once", op_id=do.op_id)
         try:
-            drawn = self._board.do(person.person_id, do, now_ns)
+            drawn = self._board.do(person.person_id, do, now_ns=now_ns)
         except OpError as error:
             raise OpError(str(error), op_id=do.op_id) from None
         self._inbox.draw(drawn)

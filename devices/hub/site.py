@@ -134,11 +134,11 @@ class Site:
 
     async def _answer(self, request: web.BaseRequest) -> web.StreamResponse:
         if not self._is_own_host(_name_of(request.headers.get("Host", ""))):
-            self._refuse("host", request, "a foreign host name")
+            self._refuse(request, "a foreign host name", kind="host")
             return _error(421, "this machine has no such name")
         path = request.rel_url.path
         if path in ("/people", "/pair") and not _is_same_origin(request):
-            self._refuse("origin", request, "a page of a foreign origin")
+            self._refuse(request, "a page of a foreign origin", kind="origin")
             return _error(403, "only pages of this hub may do that")
         if path == "/people":
             return await self._talk(request, address_of(request))
@@ -159,7 +159,7 @@ class Site:
                 data = await _read_at_most(request, MAX_PAIR_BYTES)
             code, name = _read_pairing(data)
         except (MessageError, TimeoutError) as error:
-            self._refuse("message", request, f"pair: {error}")
+            self._refuse(request, f"pair: {error}", kind="message")
             return _error(400, f"pair: {error}")
         try:
             with self._session.lock:
@@ -177,7 +177,7 @@ class Site:
         if asset is None:
             return _error(404, "no such file")
         if asset.is_private and not self._has_token(request):
-            self._refuse("token", request, "a private file without a token")
+            self._refuse(request, "a private file without a token", kind="token")
             return _error(401, "pair first")
         caching = KEPT if HASHED.search(path) else ASKED
         caching = PRIVATE if asset.is_private else caching
@@ -190,7 +190,7 @@ class Site:
         if kept is None or kept.content is not content:
             kept = await asyncio.to_thread(_keep, content, asset.content_type)
             self._kept[path] = kept  # of paths that are assets: as many as there are
-        return _send(kept, request, _headers(asset.content_type, caching))
+        return _send(kept, request, headers=_headers(asset.content_type, caching))
 
     def _has_token(self, request: web.BaseRequest) -> bool:
         scheme, _, token = request.headers.get("Authorization", "").partition(" ")
@@ -199,9 +199,11 @@ class Site:
         with self._session.lock:
             return self._session.is_known(token.strip(), self._clock.now_ns())
 
-    def _refuse(self, kind: str, request: web.BaseRequest, text: str) -> None:
+    def _refuse(self, request: web.BaseRequest, text: str, *, kind: str) -> None:
         with self._session.lock:
-            self._session.refuse(kind, f"{address_of(request)}: {text}", self._clock.now_ns())
+            self._session.refuse(
+                f"{address_of(request)}: {text}", kind=kind, now_ns=self._clock.now_ns()
+            )
 
 
 def address_of(request: web.BaseRequest) -> str:
@@ -266,7 +268,7 @@ def _keep(content: bytes, content_type: str) -> _Kept:
     return _Kept(content, tag, packed if packed and len(packed) < len(content) else None)
 
 
-def _send(kept: _Kept, request: web.BaseRequest, headers: dict[str, str]) -> web.Response:
+def _send(kept: _Kept, request: web.BaseRequest, *, headers: dict[str, str]) -> web.Response:
     headers |= {"ETag": kept.tag, "Vary": "Accept-Encoding"}
     if kept.tag in request.headers.get("If-None-Match", ""):
         return web.Response(status=304, headers=headers)

@@ -89,8 +89,14 @@ MAX_NORM_ERROR = 0.01
 MAX_BODY_BYTES = 574
 """Length with everything in it: 16 + 28 + 2 × 66 + 2 × 187 + 24."""
 
-BODY_KIND, BUNDLE_KIND = 1, 2
-"""Second byte: one body on its way to the hub, or several from it."""
+BODY_KIND, BUNDLE_KIND, PICTURE_KIND = 1, 2, 4
+"""Second byte: one body on its way to the hub; several, or a picture, from it."""
+
+MAX_NAME_BYTES = 256
+"""Length of a surface's id, chosen: a person's and theirs, far above what anybody types."""
+
+MAX_PICTURE_BYTES = 512 * 1024
+"""Length of a JPEG, chosen: 1024 px of a screen full of text take half of it."""
 
 _HEADER = struct.Struct("<BBHIQ")
 """Version, kind, flags, sequence number, device time in microseconds."""
@@ -100,6 +106,9 @@ _BUNDLE_HEADER = struct.Struct("<BBH")
 
 _BUNDLE_ITEM = struct.Struct("<HH")
 """Index of a person, length of their body in bytes."""
+
+_PICTURE_HEADER = struct.Struct("<BBH")
+"""Version, kind, length of the surface's id in bytes."""
 
 _POSE = "7f"
 """Place and quaternion x y z w."""
@@ -215,14 +224,48 @@ def pack_bodies(bodies: Sequence[tuple[int, bytes]]) -> bytes:
     Raises:
         WireError: more than 65,535 bodies, or an index or a length out of range.
     """
-    parts: list[bytes] = []
+    return join_items([pack_item(index, data) for index, data in bodies])
+
+
+def pack_item(index: int, data: bytes) -> bytes:
+    """Return one body as it is in a message of several.
+
+    Raises:
+        WireError: an index or a length out of range.
+    """
     try:
-        parts.append(_BUNDLE_HEADER.pack(VERSION, BUNDLE_KIND, len(bodies)))
-        for index, data in bodies:
-            parts += (_BUNDLE_ITEM.pack(index, len(data)), data)
+        return _BUNDLE_ITEM.pack(index, len(data)) + data
     except struct.error as error:
-        raise WireError(f"{len(bodies)} bodies: {error}") from error
-    return b"".join(parts)
+        raise WireError(f"body of person {index}, {len(data)} bytes: {error}") from error
+
+
+def join_items(items: Sequence[bytes]) -> bytes:
+    """Return packed bodies as one message.
+
+    Raises:
+        WireError: more than 65,535.
+    """
+    try:
+        return _BUNDLE_HEADER.pack(VERSION, BUNDLE_KIND, len(items)) + b"".join(items)
+    except struct.error as error:
+        raise WireError(f"{len(items)} bodies: {error}") from error
+
+
+def pack_picture(surface_id: str, jpeg: bytes) -> bytes:
+    """Return what a live surface shows as one message from the hub.
+
+    Layout: `u8 version, u8 kind = 4, u16 length of the id`, the id in UTF-8, the JPEG to the end.
+
+    Raises:
+        WireError: the id or the picture is too long.
+    """
+    name = surface_id.encode()
+    if len(name) > MAX_NAME_BYTES or len(jpeg) > MAX_PICTURE_BYTES:
+        raise WireError(
+            f"picture of {surface_id[:40]!r}: {len(name)} bytes of id (limit {MAX_NAME_BYTES}), "
+            f"{len(jpeg)} of picture (limit {MAX_PICTURE_BYTES}); make it smaller"
+        )
+    return _PICTURE_HEADER.pack(VERSION, PICTURE_KIND, len(name)) + name + jpeg
 
 
 def unpack_bodies(data: bytes) -> tuple[tuple[int, bytes], ...]:
@@ -301,9 +344,15 @@ def _pose_bytes(pose: Pose) -> bytes:
 
 
 def _read_pose(data: bytes, at: int) -> Pose:
-    x, y, z, qx, qy, qz, qw = struct.unpack_from("<7f", data, at)
-    norm = math.sqrt(qx * qx + qy * qy + qz * qz + qw * qw)
-    return Pose.from_quaternion((qw / norm, qx / norm, qy / norm, qz / norm), (x, y, z))
+    px, py, pz, x, y, z, w = struct.unpack_from("<7f", data, at)
+    # Plain numbers: a crowd sends thousands a second, and numpy takes longer to be called.
+    s = 2.0 / (x * x + y * y + z * z + w * w)
+    rows = (
+        (1 - s * (y * y + z * z), s * (x * y - w * z), s * (x * z + w * y)),
+        (s * (x * y + w * z), 1 - s * (x * x + z * z), s * (y * z - w * x)),
+        (s * (x * z - w * y), s * (y * z + w * x), 1 - s * (x * x + y * y)),
+    )
+    return Pose(np.array(rows), np.array((px, py, pz)))
 
 
 def _controller_bytes(controller: Controller) -> bytes:

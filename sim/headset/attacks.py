@@ -40,7 +40,7 @@ LINE: dict[str, Any] = {
 
 
 class Operator(Protocol):
-    """What the hub lets its operator do."""
+    """Means of a hub's operator."""
 
     def invite(self, role: Role = Role.REMOTE) -> Invitation:
         """Make a code."""
@@ -83,15 +83,15 @@ async def attack(
         aiohttp.ClientError, TimeoutError, OSError: the hub is not reached.
     """
     async with address.opened() as http:
-        attempts = await _with_foreign_origin(http, address, operator)
-        attempts += await _as_spectator(http, address, operator)
-        attempts += await _as_guest(http, address, operator, expired=expired)
-        attempts += await _with_bad_codes(http, address, operator)
+        attempts = await _with_foreign_origin(http, address, operator=operator)
+        attempts += await _as_spectator(http, address, operator=operator)
+        attempts += await _as_guest(http, address, operator=operator, expired=expired)
+        attempts += await _with_bad_codes(http, address, operator=operator)
     return tuple(attempts)
 
 
 async def _with_foreign_origin(
-    http: aiohttp.ClientSession, address: HubAddress, operator: Operator
+    http: aiohttp.ClientSession, address: HubAddress, *, operator: Operator
 ) -> list[Attempt]:
     code = operator.invite().code
     foreign = await _tried(
@@ -107,7 +107,7 @@ async def _with_foreign_origin(
 
 
 async def _as_spectator(
-    http: aiohttp.ClientSession, address: HubAddress, operator: Operator
+    http: aiohttp.ClientSession, address: HubAddress, *, operator: Operator
 ) -> list[Attempt]:
     code = operator.invite(Role.SPECTATOR).code
     token = await pair(http, address, code=code, name="Mallory")
@@ -124,8 +124,8 @@ async def _as_spectator(
 async def _as_guest(
     http: aiohttp.ClientSession,
     address: HubAddress,
-    operator: Operator,
     *,
+    operator: Operator,
     expired: Callable[[str], str],
 ) -> list[Attempt]:
     code = operator.invite().code
@@ -155,7 +155,7 @@ async def _as_guest(
 
 
 async def _with_bad_codes(
-    http: aiohttp.ClientSession, address: HubAddress, operator: Operator
+    http: aiohttp.ClientSession, address: HubAddress, *, operator: Operator
 ) -> list[Attempt]:
     revoked, good = operator.invite().code, operator.invite().code
     operator.revoke(revoked)

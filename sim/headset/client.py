@@ -16,6 +16,7 @@ from devices.hub.wire import WireError, decode_body, encode_body, unpack_bodies
 from sim.headset.connection import (
     HubAddress,
     HubConnection,
+    HubRefusedError,
     connect,
     fetch_page,
     pair,
@@ -23,6 +24,7 @@ from sim.headset.connection import (
 from sim.headset.delays import Delays
 from sim.headset.faults import HeadsetFault, HeadsetState, headset_state
 from sim.headset.moves import Moves
+from sim.headset.room_download import RoomDownload
 
 RATE_HZ = 72.0
 """Bodies a second: the display rate of a Quest 3."""
@@ -68,7 +70,9 @@ class Tally:
         done, refused: answers to operations.
         unreadable: messages that were none.
         connections: welcomes.
-        joins_s: from opening the page to the welcome, per person.
+        joins_s: from opening the page to the welcome and the thinned room, per person.
+        wholes_s: from opening the page to the last file of the room, per person; none without one.
+        downloaded_bytes: of rooms.
         returns_s: from a network's return to the welcome.
         hand: delays from a body's sending to its arrival at another person.
         state: delays from a picture's arrival in the studio to its state.
@@ -86,6 +90,8 @@ class Tally:
     unreadable: int = 0
     connections: int = 0
     joins_s: list[float] = field(default_factory=list[float])
+    wholes_s: list[float] = field(default_factory=list[float])
+    downloaded_bytes: int = 0
     returns_s: list[float] = field(default_factory=list[float])
     hand: Delays = field(default_factory=Delays)
     state: Delays = field(default_factory=Delays)
@@ -136,13 +142,15 @@ class HeadsetClient:
         self._random = np.random.default_rng(plan.moves.seed)
         self._film = _film(plan.moves, plan.rate_hz)
         self._token, self._log_seq = "", 0
+        self._room = RoomDownload(http, plan.address)
+        self._rest: asyncio.Task[None] | None = None
         self._joined_ns = 0
         self._seq = 0
         self._since_hub_us: tuple[float, float] | None = None
         """Round trip of the fastest ping; this process's clock minus the hub's; microseconds."""
 
     async def join(self, code: str) -> HubConnection:
-        """Fetch the page, pair and connect.
+        """Fetch the page, pair, fetch what the room is recognised by, and connect.
 
         Raises:
             HubRefusedError: the hub does not let them in.
@@ -151,10 +159,23 @@ class HeadsetClient:
         begun_ns = self._now_ns()
         await fetch_page(self._http, self._plan.address)
         self._token = await pair(self._http, self._plan.address, code=code, name=self._plan.name)
+        has_room = await self._room.fetch_first(self._token)
         connection = await self._connect(log_seq=None)
         self._joined_ns = self._now_ns()
         self._tally.joins_s.append((self._joined_ns - begun_ns) / 1e9)
+        if has_room:
+            self._rest = asyncio.create_task(self._fetch_rest(begun_ns))
         return connection
+
+    async def _fetch_rest(self, begun_ns: int) -> None:
+        """Fetch the rest of the room while the person is there already."""
+        try:
+            await self._room.fetch_rest(self._token)
+        except (HubRefusedError, aiohttp.ClientError, TimeoutError, OSError) as error:
+            self._tally.failures.append(f"{self._plan.name}: {error}")
+            return
+        self._tally.wholes_s.append((self._now_ns() - begun_ns) / 1e9)
+        self._tally.downloaded_bytes += self._room.received_bytes
 
     async def stay(self, connection: HubConnection, over: asyncio.Event) -> None:
         """Take part until it is over, or the hub says goodbye; come back when it breaks.
@@ -162,6 +183,13 @@ class HeadsetClient:
         Raises:
             HubRefusedError: the hub does not let them in again.
         """
+        try:
+            await self._stay(connection, over)
+        finally:
+            if self._rest is not None:
+                self._rest.cancel()
+
+    async def _stay(self, connection: HubConnection, over: asyncio.Event) -> None:
         while True:
             why = await self._take_part(connection, over)
             if over.is_set() or why:

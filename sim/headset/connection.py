@@ -29,7 +29,7 @@ class HubRefusedError(Exception):
 
 @dataclass(frozen=True, slots=True)
 class HubAddress:
-    """Where a hub is.
+    """Address of a hub.
 
     Attributes:
         url: of its page, such as "https://192.168.1.5:8443/".

@@ -64,8 +64,8 @@ class CrowdPlan:
 async def run_crowd(
     plan: CrowdPlan,
     codes: AsyncIterator[str],
-    over: asyncio.Event,
     *,
+    over: asyncio.Event,
     joined: Callable[[int], None] = lambda _count: None,
 ) -> Tally:
     """Let people join one after the other, each with a code, and stay.
@@ -89,10 +89,10 @@ async def run_crowd(
                 client = HeadsetClient(http, plan.client(number), tally=tally)
                 # Making a person's moves takes a moment, in which the others go on.
                 await asyncio.sleep(0)
-                connection = await client.join(await _next(codes, plan, number))
+                connection = await client.join(await _next(codes, plan, number=number))
                 stays.append(asyncio.create_task(client.stay(connection, over)))
                 joined(number + 1)
-            await _wait(stays, over, plan.seconds)
+            await _wait(stays, over, seconds=plan.seconds)
         finally:
             over.set()
             ended = await asyncio.gather(*stays, return_exceptions=True)
@@ -104,7 +104,7 @@ async def run_crowd(
     return tally
 
 
-async def _next(codes: AsyncIterator[str], plan: CrowdPlan, number: int) -> str:
+async def _next(codes: AsyncIterator[str], plan: CrowdPlan, *, number: int) -> str:
     code = await anext(codes, None)
     if code is None:
         raise ValueError(f"codes: {number} for {plan.clients} people; each needs one of their own")
@@ -112,7 +112,7 @@ async def _next(codes: AsyncIterator[str], plan: CrowdPlan, number: int) -> str:
 
 
 async def _wait(
-    stays: list[asyncio.Task[None]], over: asyncio.Event, seconds: float | None
+    stays: list[asyncio.Task[None]], over: asyncio.Event, *, seconds: float | None
 ) -> None:
     """Return when it is over, the time is up, or nobody is left."""
     stopped = asyncio.create_task(over.wait())

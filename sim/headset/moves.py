@@ -93,17 +93,17 @@ class Moves:
             t_us: device time that it is stamped with.
         """
         head = self.world_from_head(t_s)
-        wrists = [self._world_from_wrist(head, side, t_s) for side in (-1.0, 1.0)]
+        wrists = [self._world_from_wrist(head, t_s, side=side) for side in (-1.0, 1.0)]
         room_from_head = _in_gltf(head)
         ray = None
         if (t_s + self._phases()[3]) % (POINTING_S / POINTING_SHARE) < POINTING_S:
-            tip = self._hand(wrists[1], 1.0, t_s)[INDEX_TIP]
+            tip = self._hand(wrists[1], t_s, side=1.0)[INDEX_TIP]
             ray = _points_in_gltf(np.stack([tip, tip + RAY_M * wrists[1].rotation[:, 2]]))
         if self.has_controllers:
             left, right = (Controller(_in_gltf(wrist), _in_gltf(wrist)) for wrist in wrists)
             return Body(seq, t_us, room_from_head, controllers=(left, right), ray=ray)
         hands = [
-            Hand(_points_in_gltf(self._hand(wrist, side, t_s)), _radii())
+            Hand(_points_in_gltf(self._hand(wrist, t_s, side=side)), _radii())
             for wrist, side in zip(wrists, (-1.0, 1.0), strict=True)
         ]
         return Body(seq, t_us, room_from_head, hands=(hands[0], hands[1]), ray=ray)
@@ -125,20 +125,20 @@ class Moves:
 
     def pen(self, t_s: float) -> Array:
         """Return (3,) the tip of the right index finger, in the room's glTF axes."""
-        wrist = self._world_from_wrist(self.world_from_head(t_s), 1.0, t_s)
-        return _points_in_gltf(self._hand(wrist, 1.0, t_s)[INDEX_TIP])
+        wrist = self._world_from_wrist(self.world_from_head(t_s), t_s, side=1.0)
+        return _points_in_gltf(self._hand(wrist, t_s, side=1.0)[INDEX_TIP])
 
     def _phases(self) -> Array:
         return _phases(self.seed)
 
-    def _world_from_wrist(self, head: Pose, side: float, t_s: float) -> Pose:
+    def _world_from_wrist(self, head: Pose, t_s: float, *, side: float) -> Pose:
         """Return a wrist: axes as the head's, level; z to where the fingers show."""
         level = look_at(head.translation, head.translation + _level(head.rotation[:, 2]))
         turn = 2.0 * math.pi * t_s / WAVE_S + side * float(self._phases()[1])
         wave = WAVE_M * np.array([math.sin(turn), 0.6 * math.cos(turn), 0.5 * math.sin(2.0 * turn)])
         return Pose(level.rotation, level @ (REACH_M * [side, 1.0, 1.0] + wave))
 
-    def _hand(self, world_from_wrist: Pose, side: float, t_s: float) -> Array:
+    def _hand(self, world_from_wrist: Pose, t_s: float, *, side: float) -> Array:
         """Return (25, 3) joints in the world."""
         bend = 0.5 * CURL_RAD * (1.0 - math.cos(2.0 * math.pi * t_s / CURL_S + side))
         return world_from_wrist @ _hand_in_wrist(side, bend)

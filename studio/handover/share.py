@@ -21,11 +21,11 @@ from studio.handover.moments import Moments, read_moments
 from studio.handover.sheet import read_rows, sheet_html, sheet_markdown, sheet_of
 from studio.handover.stills import write_stills
 from studio.handover.viewer_page import ViewerPage, write_viewer
-from studio.handover.web_files import licences, web_modules
 from studio.session.opening import scene_hash
 from studio.session.pipeline import CancelledError
 from studio.session.records.outputs import FILM, RECORDING, REPORT_JSON
 from studio.session.records.recorded_scene import recorded_scene
+from studio.web.web_files import licences, web_modules
 
 VIEWER, SHEET_MD, SHEET_HTML = "viewer.html", "session-sheet.md", "session-sheet.html"
 PICTURES, ARCHIVE = "pictures", "archive.zip"

@@ -25,18 +25,18 @@ from scenes.package import ScenePackage
 from scenes.pose import Pose
 from studio.handover.keys import Keys
 from studio.handover.moments import Moments
-from studio.handover.splat_parts import (
+from studio.view.fonts import FACES, WEIGHTS
+from studio.web.splat_parts import (
     SplatPart,
     shadow_part,
     write_shadow_parts,
     write_splat_parts,
 )
-from studio.handover.views import first_places, views_of
-from studio.handover.web_files import module_source
-from studio.view.fonts import FACES, WEIGHTS
+from studio.web.views import first_places, views_of
+from studio.web.web_files import SHARED_MODULES, STYLE, module_source
 
 VIEWER = Path(__file__).parent / "viewer"
-OWN_MODULES = ("camera.js", "main.js", "moments.js", "panel.js", "room.js", "sharpness.js")
+OWN_MODULES = ("main.js", "moments.js", "panel.js", "room.js")
 FORMAT_VERSION = 1
 
 DECIMALS = 4
@@ -87,6 +87,7 @@ def write_viewer(
         OSError: the disk is full.
     """
     own = {f"viewer/{name}": VIEWER / name for name in OWN_MODULES}
+    own |= {f"shared/{path.name}": path for path in SHARED_MODULES}
     data = _packed(json.dumps(_data(scene, info, moments), separators=(",", ":")).encode())
     scripts = [
         _part(name, _packed(module_source(file)), module=True)
@@ -153,7 +154,7 @@ def _frame(scene: ScenePackage, info: SessionInfo, licences: str) -> tuple[bytes
     filled = {
         "TITLE": html.escape(f"{scene.name} · {story}"),
         "SUBTITLE": html.escape(f"tracker: {info.methods[0]}{seed}"),
-        "STYLE": (VIEWER / "style.css").read_text(encoding="utf-8"),
+        "STYLE": STYLE.read_text(encoding="utf-8"),
         "START": (VIEWER / "start.js").read_text(encoding="utf-8"),
     }
     before, after = page.split("@@PARTS@@")

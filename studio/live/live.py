@@ -23,6 +23,7 @@ from studio.live.approach import Approach
 from studio.live.camera_frames import STREAM_ID, CameraFrames, PacketTap, PictureTimes, measured_fps
 from studio.live.changes import Changes
 from studio.live.people.entering import Entrance, People
+from studio.live.people.pictures import SurfacePictures
 from studio.live.placing import Locate, Placed, PlacedCamera, place_camera
 from studio.live.relocation import Lookout, Relocation
 from studio.live.setup import LiveSetup
@@ -85,6 +86,7 @@ class LiveSession:
         """Session that tracks and records; None before the camera is placed."""
         self._asks = asks
         self._entrance = None if people is None else Entrance(people)
+        self._pictures = None if people is None else SurfacePictures(people)
         self._ended = threading.Event()
         self._goes_live = threading.Event()
         self._journal = Journal(clock)
@@ -256,6 +258,8 @@ class LiveSession:
             self._receiver.close()
             if self._condition is not None:
                 self._condition.close()
+            if self._pictures is not None:
+                self._pictures.close()
             self._journal.say(LiveState.ENDED, "the session has ended")
         since = self._first_ns or self._end_ns
         return LiveResult(
@@ -335,6 +339,8 @@ class LiveSession:
         assert frames is not None
         if self._entrance is not None:
             self._entrance.publish(output.state)
+        if self._pictures is not None:
+            self._pictures.show(output.surfaces, output.now_ns)
         self._journal.add(output.input.events)
         if frames.times is not None and self._last is not None:
             # The first picture's search is nobody's delay.

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from devices.hub.entry.tokens import Tokens
     from devices.hub.server import Hub
     from scenes.package import ScenePackage
+    from studio.console.rows import Row
     from studio.live.live import LiveSession
     from studio.live.people.crowd import Crowd
     from studio.live.people.hosting import Hosting
@@ -146,12 +147,10 @@ def _headless(args: argparse.Namespace) -> int:
     from devices.hub.entry.tokens import Tokens
     from scenes.opening import open_scene
     from scenes.render.native import NativeRenderer
-    from studio.console.rows import as_json, as_table, exit_code
     from studio.live.checks import live_checks
     from studio.live.live import LiveSession
     from studio.live.locating import RoomLocator
     from studio.live.recording_name import recording_in
-    from studio.live.rehearsed import RehearsedLive, usual_feed
     from studio.live.report import live_rows, write_report
     from studio.session.preflight import run_checks, save_checks
 
@@ -161,7 +160,7 @@ def _headless(args: argparse.Namespace) -> int:
     out.mkdir(parents=True, exist_ok=True)
     renderer, clock, tokens = NativeRenderer(), WallClock(), Tokens()
     with ExitStack() as stack:
-        hub = _hub(args, scene, clock, stack, tokens=tokens)
+        hub = _hub(args, scene, clock=clock, stack=stack, tokens=tokens)
         session = LiveSession(
             args.scene,
             scene,
@@ -172,22 +171,10 @@ def _headless(args: argparse.Namespace) -> int:
             record_to=None if args.no_record else recording_in(out),
             people=hub,
         )
-        crowd = _crowd(args, session, hub, stack, clock=clock, tokens=tokens)
-        rehearsed: RehearsedLive | None = None
-        if args.simulated:
-            truth = Path(stack.enter_context(tempfile.TemporaryDirectory())) / "truth.jsonl"
-            rehearsed = stack.enter_context(
-                RehearsedLive(
-                    session,
-                    usual_feed(args.scene, args.scenario, args.seed),
-                    truth=truth,
-                    seconds=args.seconds,
-                    apart=lambda: () if crowd is None else crowd.process_ids,
-                )
-            )
-            rehearsed.wait_for_stream(lambda text: print(text, file=sys.stderr))
-        elif session.status().listening_at:
-            print(f"enter in the camera: {session.status().listening_at}", file=sys.stderr)
+        crowd = _crowd(args, session, hub=hub, stack=stack, clock=clock, tokens=tokens)
+        rehearsed = _rehearsed(args, session, stack=stack, crowd=crowd)
+        if rehearsed is None and session.status().listening_at:
+            _say(f"enter in the camera: {session.status().listening_at}")
         simulated = None if rehearsed is None else lambda: "it streams"
         checks = run_checks(live_checks(session, recordings=out, simulated=simulated))
         save_checks(checks, out / "preflight.json")
@@ -200,13 +187,44 @@ def _headless(args: argparse.Namespace) -> int:
         if crowd is not None:
             rows += crowd.rows()
     path = write_report(out, result, rows, scene=args.scene, checks=checks)
+    return _print_figures(args, rows, report=path, failure=result.recording_failure)
+
+
+def _rehearsed(
+    args: argparse.Namespace, session: LiveSession, *, stack: ExitStack, crowd: Crowd | None
+) -> RehearsedLive | None:
+    """Begin the simulated camera, until the stack is left, and wait for its stream."""
+    from studio.live.rehearsed import RehearsedLive, usual_feed
+
+    if not args.simulated:
+        return None
+    truth = Path(stack.enter_context(tempfile.TemporaryDirectory())) / "truth.jsonl"
+    rehearsed = stack.enter_context(
+        RehearsedLive(
+            session,
+            usual_feed(args.scene, args.scenario, args.seed),
+            truth=truth,
+            seconds=args.seconds,
+            apart=lambda: () if crowd is None else crowd.process_ids,
+        )
+    )
+    rehearsed.wait_for_stream(_say)
+    return rehearsed
+
+
+def _print_figures(
+    args: argparse.Namespace, rows: Sequence[Row], *, report: Path, failure: str
+) -> int:
+    """Print the figures; return the exit code."""
+    from studio.console.rows import as_json, as_table, exit_code
+
     if args.json:
         print(json.dumps(as_json("live", rows, args.seed if args.simulated else None), indent=2))
     else:
         print(as_table(rows))
-    print(f"report: {path}", file=sys.stderr)
-    if result.recording_failure:
-        print(f"nexus live: {result.recording_failure}", file=sys.stderr)
+    _say(f"report: {report}")
+    if failure:
+        _say(f"nexus live: {failure}")
         return 1
     return exit_code(rows)
 
@@ -236,9 +254,9 @@ def hosting_of(args: argparse.Namespace) -> Hosting | None:
 def _hub(
     args: argparse.Namespace,
     scene: ScenePackage,
+    *,
     clock: Clock,
     stack: ExitStack,
-    *,
     tokens: Tokens,
 ) -> Hub | None:
     """Begin to let people join until the stack is left."""
@@ -254,9 +272,9 @@ def _hub(
 def _crowd(
     args: argparse.Namespace,
     session: LiveSession,
+    *,
     hub: Hub | None,
     stack: ExitStack,
-    *,
     clock: Clock,
     tokens: Tokens,
 ) -> Crowd | None:
@@ -265,17 +283,18 @@ def _crowd(
 
     if hub is None or not args.clients:
         return None
-    return stack.enter_context(
-        Crowd(
-            hub,
-            lambda: session.status().live_s,
-            clients=args.clients,
-            seconds=args.seconds,
-            clock=clock,
-            tokens=tokens,
-            say=_say,
-        )
+    crowd = Crowd(
+        hub,
+        lambda: session.status().live_s,
+        clients=args.clients,
+        seconds=args.seconds,
+        clock=clock,
+        tokens=tokens,
+        say=_say,
     )
+    crowd.start()
+    stack.callback(crowd.end)
+    return crowd
 
 
 def _drop(_line: str) -> None:
@@ -288,7 +307,7 @@ def _say_how_to_join(args: argparse.Namespace, hub: Hub | None) -> None:
 
     hosting = hosting_of(args)
     if hub is not None and hosting is not None:
-        _say(join_line(hub, hosting, invitations_for(hub, hosting)))
+        _say(join_line(hub, hosting, invitations=invitations_for(hub, hosting)))
 
 
 def _say(line: str) -> None:

@@ -97,8 +97,16 @@ def quest_rows(tally: Tally) -> list[Row]:
     for name, delays in (("hand_ms", tally.hand), ("state_ms", tally.state)):
         for share in (50, 95):
             rows.append(Row(f"quest.{name}.p{share}", delays.percentile(share), "ms"))
-    for name, values in (("join_s", tally.joins_s), ("return_s", tally.returns_s)):
+    joins = (
+        ("join_s", tally.joins_s),
+        ("whole_s", tally.wholes_s),
+        ("return_s", tally.returns_s),
+    )
+    for name, values in joins:
         rows.append(Row(f"quest.{name}", max(values, default=None), "s"))
+    if tally.wholes_s:
+        each_mb = tally.downloaded_bytes / 1e6 / len(tally.wholes_s)
+        rows.append(Row("quest.room_mb", each_mb, "MB"))
     return [row for row in rows if row.value is not None]
 
 
@@ -133,7 +141,7 @@ async def _play(plan: CrowdPlan, args: argparse.Namespace) -> Tally:
         else:
             print(f"{count} of {plan.clients} here", file=sys.stderr, flush=True)
 
-    return await run_crowd(plan, _codes(args, over), over, joined=joined)
+    return await run_crowd(plan, _codes(args, over), over=over, joined=joined)
 
 
 async def _codes(args: argparse.Namespace, over: asyncio.Event) -> AsyncIterator[str]:

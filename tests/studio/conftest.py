@@ -1,6 +1,8 @@
 """A tiny room, a camera that looks at it, and trackers with a known error: no simulator needed."""
 
+import importlib.util
 import os
+from pathlib import Path
 from types import MappingProxyType, SimpleNamespace
 
 import numpy as np
@@ -13,6 +15,7 @@ from devices.session_info import SessionInfo
 from devices.video import H264Decoder, H264Encoder, side_by_side, split_lenses
 from scenes.cameras import Fisheye, Rig
 from scenes.frames import FRONT_FROM_BACK_LENS, look_at
+from scenes.opening import open_scene
 from scenes.package import ScenePackage
 from scenes.pose import Pose
 from scenes.splats import SplatCloud
@@ -23,6 +26,7 @@ from studio.session.pipeline import ExactExecutor, PacedExecutor
 from studio.session.plan import Pace
 from studio.session.session import Session
 from studio.session.sources import SessionInput, SessionMessage
+from studio.web.web_files import MissingWebFilesError, web_modules
 from tracking.output import TrackOutput
 
 LENS_PX, FRAMES, FPS = 64, 12, 10
@@ -199,3 +203,36 @@ def no_display(monkeypatch):
 def no_traceback(monkeypatch):
     monkeypatch.delenv("NEXUS_TRACEBACK", raising=False)
     assert "NEXUS_TRACEBACK" not in os.environ
+
+
+def load_browser():
+    """The module beside this file: tests are no package."""
+    spec = importlib.util.spec_from_file_location("browser", Path(__file__).parent / "browser.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+browser = load_browser()
+
+
+@pytest.fixture(scope="session")
+def modules():
+    try:
+        return web_modules(print)
+    except MissingWebFilesError as error:
+        pytest.skip(f"three.js and Spark cannot be had here: {error}")
+
+
+@pytest.fixture(scope="session")
+def lab():
+    return open_scene("lab")
+
+
+@pytest.fixture(scope="session")
+def chromium(tmp_path_factory):
+    """One browser for all tests of a run."""
+    if browser.browser_path() is None:
+        pytest.skip(f"no browser here: none of {', '.join(browser.NAMES)}")
+    with browser.opened_browser(tmp_path_factory.mktemp("profile")) as page:
+        yield page

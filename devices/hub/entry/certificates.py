@@ -85,8 +85,8 @@ def keep_certificates(
         if root is None or root.certificate.not_valid_after_utc - moment < LEAF_LIFE:
             root, leaf = _new_root(moment), None
             _write(folder / ROOT_FILE, root)
-        if leaf is None or not _is_good(leaf, root, names, moment):
-            leaf = _new_leaf(root, names, moment)
+        if leaf is None or not _is_good(leaf, root, names=names, now=moment):
+            leaf = _new_leaf(root, names, now=moment)
             _write(folder / LEAF_FILE, leaf)
     except OSError as error:
         raise CertificateError(
@@ -138,7 +138,7 @@ def _new_root(now: datetime) -> _Pair:
     return _Pair(key, certificate)
 
 
-def _new_leaf(root: _Pair, names: Sequence[str], now: datetime) -> _Pair:
+def _new_leaf(root: _Pair, names: Sequence[str], *, now: datetime) -> _Pair:
     key = ec.generate_private_key(ec.SECP256R1())
     authority = x509.AuthorityKeyIdentifier.from_issuer_public_key(root.key.public_key())
     server = x509.ExtendedKeyUsage([ExtendedKeyUsageOID.SERVER_AUTH])
@@ -193,7 +193,7 @@ def _alternatives(names: Sequence[str]) -> list[x509.GeneralName]:
     return list(found.values())
 
 
-def _is_good(leaf: _Pair, root: _Pair, names: Sequence[str], now: datetime) -> bool:
+def _is_good(leaf: _Pair, root: _Pair, *, names: Sequence[str], now: datetime) -> bool:
     """Whether a leaf is of this root, for all the names, and has time left."""
     certificate = leaf.certificate
     if not certificate.not_valid_before_utc <= now < certificate.not_valid_after_utc - RENEW_BEFORE:

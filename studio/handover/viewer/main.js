@@ -1,9 +1,9 @@
 // The viewer: a room of splats in which a recorded session is played again.
 import * as THREE from "three";
-import { CameraControl } from "viewer/camera.js";
+import { CameraControl } from "shared/camera.js";
 import { Panel } from "viewer/panel.js";
 import { Room } from "viewer/room.js";
-import { Sharpness } from "viewer/sharpness.js";
+import { Sharpness } from "shared/sharpness.js";
 
 const LABEL_RISE_M = 0.2;
 const LONGEST_STEP_S = 0.1;

@@ -1,13 +1,6 @@
 // What stands beside the picture: objects with their state, people, events, and the time.
 import { around, latest } from "viewer/moments.js";
-
-// Shape and word, not colour alone.
-const STATES = {
-  static: ["●", "at rest"],
-  tracked: ["▲", "followed"],
-  occluded: ["◐", "hidden"],
-  lost: ["✕", "lost"],
-};
+import { addRow, fillRow, STATES } from "shared/rows.js";
 
 const byId = (id) => document.getElementById(id);
 
@@ -17,9 +10,9 @@ export class Panel {
     this.data = data;
     this.end = data.end_ms;
     this.objects = data.objects.map((item) =>
-      this.#row(byId("objects"), item.name, () => actions.look(item.id)));
+      addRow(byId("objects"), item.name, () => actions.look(item.id)));
     this.people = data.people.map((person) =>
-      this.#row(byId("people"), person.id, () => actions.lookAtPerson(person.id)));
+      addRow(byId("people"), person.id, () => actions.lookAtPerson(person.id)));
     this.events = data.events.map(([t, text]) => this.#event(t, text, actions.seek));
     byId("people-title").hidden = !data.people.length;
     byId("events-title").hidden = !data.events.length;
@@ -35,12 +28,12 @@ export class Panel {
     this.data.objects.forEach((item, index) => {
       const state = latest(item.states, t) ?? "static";
       const [mark, word] = STATES[state];
-      this.#fill(this.objects[index], state, mark, word);
+      fillRow(this.objects[index], state, mark, word);
     });
     this.data.people.forEach((person, index) => {
       const here = around(person.heads, t) !== null;
       const points = around(person.rays, t) !== null;
-      this.#fill(this.people[index], "", points ? "↗" : "○",
+      fillRow(this.people[index], "", points ? "↗" : "○",
         here ? (points ? "points" : person.role) : "away");
     });
     this.data.events.forEach(([from], index) => {
@@ -53,30 +46,6 @@ export class Panel {
   showPlaying(playing) {
     byId("play").firstChild.textContent = playing ? "❚❚" : "▶";
     byId("play").lastChild.textContent = playing ? "Pause" : "Play";
-  }
-
-  #row(list, name, pressed) {
-    const item = document.createElement("li");
-    const button = document.createElement("button");
-    button.title = `Look at ${name}`;
-    button.append(...["mark", "name", "state"].map((kind) => {
-      const part = document.createElement("span");
-      part.className = kind;
-      return part;
-    }));
-    button.children[1].textContent = name;
-    button.addEventListener("click", pressed);
-    item.append(button);
-    list.append(item);
-    return item;
-  }
-
-  #fill(item, kind, mark, word) {
-    const button = item.firstChild;
-    if (button.children[2].textContent === word && item.className === kind) return;
-    item.className = kind;
-    button.children[0].textContent = mark;
-    button.children[2].textContent = word;
   }
 
   #event(t, text, seek) {

@@ -7,7 +7,6 @@ import json
 import subprocess
 from collections.abc import Callable
 from contextlib import suppress
-from types import TracebackType
 from typing import Any, cast
 
 from devices.clock import Clock
@@ -29,6 +28,9 @@ HAND_TO_CLIENT_BAR_MS = 20.0
 
 JOIN_BAR_S = 3.0
 """Seconds from opening the page until the room is recognisable: the promise."""
+
+WHOLE_BAR_S = 15.0
+"""Seconds from opening the page until all of the room is there: the promise."""
 
 RSS_BAR_PERCENT = 2.0
 """Growth of memory, percent: as of a session without people."""
@@ -54,12 +56,13 @@ FIGURES = {
     "quest.hand_ms.p50": ("live.hand_to_client_ms.p50", "ms", None),
     "quest.hand_ms.p95": ("live.hand_to_client_ms.p95", "ms", HAND_TO_CLIENT_BAR_MS),
     "quest.join_s": ("live.join_s", "s", JOIN_BAR_S),
+    "quest.whole_s": ("live.join_whole_s", "s", WHOLE_BAR_S),
 }
 """Figures of the process: their names here, units and bars."""
 
 
 class Crowd:
-    """Simulated people who join once the session is live. Use as a context manager.
+    """Simulated people who join once the session is live.
 
     Args:
         hub: where they join.
@@ -93,17 +96,9 @@ class Crowd:
         self._attempts: tuple[Attempt, ...] = ()
         self._directing = Task("direct the people", self._directed)
 
-    def __enter__(self) -> Crowd:
+    def start(self) -> None:
+        """Wait for the session to be live, on a thread, and let people join then."""
         self._directing.start()
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self.end()
 
     @property
     def process_ids(self) -> tuple[int, ...]:
@@ -111,7 +106,7 @@ class Crowd:
         return () if self._process is None else (self._process.process_id,)
 
     def end(self) -> None:
-        """Let people leave and give their figures; harmless when they have."""
+        """Let people leave and give their figures; harmless when they have, or never came."""
         self._directing.cancel()
         self._directing.join(ANSWER_S)
         self._leave()

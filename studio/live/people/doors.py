@@ -92,6 +92,12 @@ class Doors:
         if hub is not None:
             hub.publish(state)
 
+    def show(self, surface_id: str, jpeg: bytes) -> None:
+        """Send what a live surface shows to everybody; returns at once."""
+        hub = self._hub
+        if hub is not None:
+            hub.show(surface_id, jpeg)
+
     def _shut(self) -> None:
         self._hub = None
         self._opened.close()

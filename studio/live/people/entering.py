@@ -41,7 +41,7 @@ MAX_EVENTS_A_FRAME = 32
 
 
 class People(Protocol):
-    """What a session needs of a hub."""
+    """Part of a hub that a session needs."""
 
     def take(self) -> Arrived:
         """Return what people have sent since the last call."""
@@ -49,6 +49,10 @@ class People(Protocol):
 
     def publish(self, state: SceneState) -> None:
         """Send what has changed to everybody; returns at once."""
+        ...
+
+    def show(self, surface_id: str, jpeg: bytes) -> None:
+        """Send what a live surface shows to everybody; returns at once."""
         ...
 
 
@@ -100,8 +104,8 @@ class Entrance:
         t_ns = live.frame.t_ns
         events = [Event(t_ns, PEOPLE, kind, text) for kind, text in arrived.events]
         gone = self._see(arrived.avatars, t_ns)
-        lines = self._enter_lines(arrived.lines, events, t_ns)
-        surfaces = self._enter_surfaces(arrived.surfaces, events, live.frame)
+        lines = self._enter_lines(arrived.lines, events, t_ns=t_ns)
+        surfaces = self._enter_surfaces(arrived.surfaces, events, frame=live.frame)
         more = len(events) - MAX_EVENTS_A_FRAME
         if more > 0:
             del events[MAX_EVENTS_A_FRAME:]
@@ -128,7 +132,7 @@ class Entrance:
         return tuple(AvatarGone(key) for key in old)
 
     def _enter_lines(
-        self, arrived: Iterable[Annotation], events: list[Event], t_ns: int
+        self, arrived: Iterable[Annotation], events: list[Event], *, t_ns: int
     ) -> list[Annotation]:
         for line in arrived:
             if not self._lines.wants(
@@ -139,7 +143,7 @@ class Entrance:
         return list(self._lines.taken(MAX_LINES_A_FRAME).values())
 
     def _enter_surfaces(
-        self, arrived: Iterable[LiveSurface], events: list[Event], frame: Frame
+        self, arrived: Iterable[LiveSurface], events: list[Event], *, frame: Frame
     ) -> list[LiveSurface]:
         def refuse(surface: LiveSurface, why: object) -> None:
             text = f"surface {surface.surface_id}: {why}"

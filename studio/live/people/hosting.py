@@ -102,7 +102,7 @@ def invitations_for(hub: Hub, hosting: Hosting) -> tuple[Invitation, ...]:
     return tuple(hub.invite(hosting.role) for _ in range(hosting.invitations))
 
 
-def join_line(hub: Hub, hosting: Hosting, invitations: Sequence[Invitation]) -> str:
+def join_line(hub: Hub, hosting: Hosting, *, invitations: Sequence[Invitation]) -> str:
     """Return one line that says how to join, and whom the hub lets in."""
     reach = "open to the network, over TLS" if hosting.is_open else "for this computer alone"
     line = f"people join at {hub.url} ({reach})"

@@ -9,19 +9,28 @@ from pathlib import Path
 from devices.hub.contract import Asset
 from scenes.package import ScenePackage
 from studio.session.opening import scene_hash
+from studio.web.live_page import live_page
+from studio.web.web_files import licences, web_modules
 
 DIGEST_CHARACTERS = 24
 """Of a scene's digest in a folder's name: enough to differ."""
 
 
-def page_assets(scene: ScenePackage, _folder: Path) -> Mapping[str, Asset]:
+def page_assets(scene: ScenePackage, folder: Path) -> Mapping[str, Asset]:
     """Return the files of the page by path; "/" is the page itself.
 
     Args:
         scene: the room.
-        _folder: for files that are made of it; it lives as long as they are served.
+        folder: for files that are made of it; it lives as long as they are served.
+
+    Raises:
+        OSError: the disk is full, or the page's libraries cannot be fetched.
     """
-    return {"/": Asset(f"<!doctype html><title>{scene.name}</title>".encode(), "text/html")}
+    return live_page(scene, folder, modules=web_modules(_drop), licences=licences())
+
+
+def _drop(_line: str) -> None:
+    """Say nothing: the launcher has fetched the libraries before."""
 
 
 def page_folder(scene: ScenePackage) -> Path:

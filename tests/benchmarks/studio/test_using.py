@@ -2,7 +2,10 @@
 
 import pytest
 
-from benchmarks.studio.using import memory_rows, use_rows
+from benchmarks.studio.soaking import scenario_of
+from benchmarks.studio.using import FORK_S, LATER, SESSION_S, memory_rows, use_rows
+from sim.faults.exposure import Exposure
+from sim.scenarios.scenario import parse_scenario
 from studio.console.display import why_no_window
 
 WHY_NOT = why_no_window()
@@ -18,6 +21,12 @@ def test_memory_is_held_to_its_bar_and_to_what_the_first_session_left():
     assert rows["studio.use.growth_percent"].value == pytest.approx(9.5)
     assert rows["studio.use.growth_percent"].passed
     assert rows["studio.use.rounds"].value == 4
+
+
+def test_what_is_changed_for_a_fork_lies_after_it_and_before_the_end():
+    faults = parse_scenario(scenario_of(SESSION_S) + LATER, source="use").faults
+    assert not faults.at(Exposure, FORK_S)
+    assert faults.at(Exposure, 0.5 * (FORK_S + SESSION_S))
 
 
 def test_growth_and_size_beyond_their_bars_miss_them():

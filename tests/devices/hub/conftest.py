@@ -16,7 +16,7 @@ from devices.hub.entry.tokens import Tokens
 from devices.hub.messages import Hello
 from devices.hub.roles import Role
 from devices.hub.server import Hub
-from devices.hub.session import Session
+from devices.hub.session import Session, Visit
 from devices.hub.wire import Body, encode_body
 from scenes.pose import Pose
 from scenes.state import SceneState, TrackedObject, TrackState
@@ -43,11 +43,12 @@ class Room:
         return self.session.pair(code, name=name, address="10.0.0.1", now_ns=self.now_ns)
 
     def enter(self, token, **hello):
-        return self.session.enter(
+        visit = self.session.enter(
             Hello(token, hello.get("name"), hello.get("log_seq")),
             address="10.0.0.1",
             now_ns=self.now_ns,
         )
+        return visit.guest, visit.outbox
 
     def join(self, name="Anna", role=Role.REMOTE):
         guest, outbox = self.enter(self.pair(name, role))
@@ -57,12 +58,12 @@ class Room:
         """Messages that are due now."""
         found = []
         session = self.session
-        while (it := outbox.take(session.states, session.bodies, self.now_ns)) is not None:
+        while (it := outbox.take(session.states, session.bodies, now_ns=self.now_ns)) is not None:
             found.append(json.loads(it) if isinstance(it, str) else it)
         return found
 
     def hear(self, guest, outbox, **fields):
-        return self.session.hear(guest, outbox, json.dumps(fields), now_ns=self.now_ns)
+        return self.session.hear(Visit(guest, outbox), json.dumps(fields), now_ns=self.now_ns)
 
 
 @pytest.fixture

@@ -45,102 +45,102 @@ def lines(board):
 
 
 def test_nobody_overwrites_anothers(board):
-    board.do("p1", line("a", 2), 0)
-    board.do("p2", line("a", 3), 0)
+    board.do("p1", line("a", 2), now_ns=0)
+    board.do("p2", line("a", 3), now_ns=0)
     assert lines(board) == {"p1/a": 2, "p2/a": 3}
-    board.do("p2", line("p2/a", 0), 0)
+    board.do("p2", line("p2/a", 0), now_ns=0)
     assert lines(board) == {"p1/a": 2}
     with pytest.raises(OpError, match="belongs to somebody else"):
-        board.do("p2", line("p1/a", 0), 0)
+        board.do("p2", line("p1/a", 0), now_ns=0)
     assert own_key("p1", "a") == own_key("p1", "p1/a") == "p1/a"
 
 
 def test_a_line_that_grew_is_undone_as_one(board):
     for count in range(2, 20):
-        board.do("p1", line("a", count), count)
-    board.do("p1", line("b", 5), 30)
-    assert board.do("p1", UNDO, 31).key == "p1/b"
-    undone = board.do("p1", UNDO, 32)
+        board.do("p1", line("a", count), now_ns=count)
+    board.do("p1", line("b", 5), now_ns=30)
+    assert board.do("p1", UNDO, now_ns=31).key == "p1/b"
+    undone = board.do("p1", UNDO, now_ns=32)
     assert (undone.key, len(undone.points)) == ("p1/a", 0)
     assert lines(board) == {}
     with pytest.raises(OpError, match="nothing to undo"):
-        board.do("p1", UNDO, 33)
+        board.do("p1", UNDO, now_ns=33)
 
 
 def test_erasing_is_undone(board):
-    board.do("p1", line("a", 5), 0)
-    board.do("p1", line("a", 0), 1)
+    board.do("p1", line("a", 5), now_ns=0)
+    board.do("p1", line("a", 0), now_ns=1)
     assert lines(board) == {}
-    assert len(board.do("p1", UNDO, 2).points) == 5
-    assert len(board.do("p1", UNDO, 3).points) == 0
+    assert len(board.do("p1", UNDO, now_ns=2).points) == 5
+    assert len(board.do("p1", UNDO, now_ns=3).points) == 0
 
 
 def test_erasing_what_is_not_there_is_nothing_to_undo(board):
-    board.do("p1", line("a", 0), 0)
+    board.do("p1", line("a", 0), now_ns=0)
     with pytest.raises(OpError):
-        board.do("p1", UNDO, 1)
+        board.do("p1", UNDO, now_ns=1)
 
 
 def test_undo_takes_ones_own(board):
-    board.do("p1", line("a", 2), 0)
-    board.do("p2", line("b", 2), 1)
-    board.do("p1", UNDO, 2)
+    board.do("p1", line("a", 2), now_ns=0)
+    board.do("p2", line("b", 2), now_ns=1)
+    board.do("p1", UNDO, now_ns=2)
     assert lines(board) == {"p2/b": 2}
 
 
 def test_a_surface_carried_in_one_go_is_undone_as_one(board):
-    board.do("p1", surface("s"), 0)
+    board.do("p1", surface("s"), now_ns=0)
     at = 10 * STEADY_NS
     for step in range(1, 5):
-        board.do("p1", surface("s", SQUARE + step), at + step)
-    back = board.do("p1", UNDO, at + 10)
+        board.do("p1", surface("s", SQUARE + step), now_ns=at + step)
+    back = board.do("p1", UNDO, now_ns=at + 10)
     np.testing.assert_array_equal(back.points, SQUARE)
-    assert len(board.do("p1", UNDO, at + 11).points) == 0
+    assert len(board.do("p1", UNDO, now_ns=at + 11).points) == 0
 
 
 def test_who_is_gone_has_nothing_to_undo(board):
-    board.do("p1", line("a", 2), 0)
+    board.do("p1", line("a", 2), now_ns=0)
     board.forget("p1")
     with pytest.raises(OpError):
-        board.do("p1", UNDO, 1)
+        board.do("p1", UNDO, now_ns=1)
     assert lines(board) == {"p1/a": 2}
 
 
 def test_everything_has_a_limit(board):
     per_line = MAX_POINTS_IN_ALL // 50
     for number in range(50):
-        board.do("p1", line(f"l{number}", per_line), 0)
+        board.do("p1", line(f"l{number}", per_line), now_ns=0)
     with pytest.raises(OpError, match="erase some"):
-        board.do("p1", line("more", 1), 0)
-    board.do("p1", line("l0", per_line - 1), 0)
-    board.do("p1", line("more", 1), 0)
+        board.do("p1", line("more", 1), now_ns=0)
+    board.do("p1", line("l0", per_line - 1), now_ns=0)
+    board.do("p1", line("more", 1), now_ns=0)
     for number in range(MAX_SURFACES):
-        board.do("p1", surface(f"s{number}"), number * 2 * STEADY_NS)
+        board.do("p1", surface(f"s{number}"), now_ns=number * 2 * STEADY_NS)
     with pytest.raises(OpError, match="32 surfaces"):
-        board.do("p1", surface("one more"), 0)
-    board.do("p1", surface("s0", SQUARE + 1), 0)
+        board.do("p1", surface("one more"), now_ns=0)
+    board.do("p1", surface("s0", SQUARE + 1), now_ns=0)
 
 
 def test_lines_and_undo_have_a_limit(board):
     for number in range(MAX_LINES):
-        board.do("p1", line(f"l{number}", 1), 0)
+        board.do("p1", line(f"l{number}", 1), now_ns=0)
     with pytest.raises(OpError, match="2000 lines"):
-        board.do("p1", line("one more", 1), 0)
+        board.do("p1", line("one more", 1), now_ns=0)
     for _ in range(MAX_UNDO):
-        board.do("p1", UNDO, 0)
+        board.do("p1", UNDO, now_ns=0)
     with pytest.raises(OpError):
-        board.do("p1", UNDO, 0)
+        board.do("p1", UNDO, now_ns=0)
 
 
 def test_an_undo_that_has_no_room_stays_to_be_done(board):
-    board.do("p1", line("gone", 100), 0)
-    board.do("p1", line("gone", 0), 0)
+    board.do("p1", line("gone", 100), now_ns=0)
+    board.do("p1", line("gone", 0), now_ns=0)
     for number in range(50):
-        board.do("p2", line(f"l{number}", 1000), 0)
+        board.do("p2", line(f"l{number}", 1000), now_ns=0)
     with pytest.raises(OpError, match="erase some"):
-        board.do("p1", UNDO, 0)
-    board.do("p2", line("l0", 0), 0)
-    assert len(board.do("p1", UNDO, 0).points) == 100
+        board.do("p1", UNDO, now_ns=0)
+    board.do("p2", line("l0", 0), now_ns=0)
+    assert len(board.do("p1", UNDO, now_ns=0).points) == 100
 
 
 def test_on_the_wire_y_is_up_and_z_in_the_session():

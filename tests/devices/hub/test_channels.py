@@ -9,6 +9,7 @@ import pytest
 
 from devices.hub import channels
 from devices.hub.channels import BodyChannel, LogChannel, StateChannel, to_text
+from devices.hub.wire import pack_item
 from scenes.pose import Pose
 from scenes.state import SceneState, TrackedObject, TrackState
 
@@ -111,12 +112,15 @@ def test_bodies_newer_than_the_last_look_but_ones_own():
     seen = bodies.counter
     bodies.put(2, b"c")
     bodies.put(2, b"d")
-    assert bodies.since(0, but=1) == [(2, 3, b"d")]
-    assert sorted(bodies.since(0, but=9)) == [(1, 1, b"a"), (2, 3, b"d")]
-    assert bodies.since(seen, but=9) == [(2, 3, b"d")]
+    assert bodies.since(0, but=1) == [(2, 3, pack_item(2, b"d"))]
+    assert sorted(bodies.since(0, but=9)) == [
+        (1, 1, pack_item(1, b"a")),
+        (2, 3, pack_item(2, b"d")),
+    ]
+    assert bodies.since(seen, but=9) == [(2, 3, pack_item(2, b"d"))]
     bodies.drop(2)
     bodies.drop(7)
-    assert bodies.since(0, but=9) == [(1, 1, b"a")]
+    assert bodies.since(0, but=9) == [(1, 1, pack_item(1, b"a"))]
 
 
 def test_texts_are_json_without_what_is_no_number():

@@ -1,12 +1,13 @@
 """Bodies, lines and surfaces in the session's own types and axes."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from devices.hub import inbox as module
-from devices.hub.attendance import Attendance
 from devices.hub.board import Drawn
-from devices.hub.inbox import MAX_EVENTS, SHOWN_NS, Inbox, avatar_of
+from devices.hub.inbox import MAX_EVENTS, Avatars, Inbox, avatar_of
 from devices.hub.roles import Op, Person, Role
 from devices.hub.wire import Body, Controller, Hand
 from scenes.pose import Pose
@@ -17,11 +18,6 @@ ANNA = Person("p1", 1, "Anna", Role.REMOTE)
 @pytest.fixture
 def inbox():
     return Inbox()
-
-
-@pytest.fixture
-def guest():
-    return Attendance().add("Anna", Role.REMOTE, 0)
 
 
 def line(key, x):
@@ -68,27 +64,27 @@ def test_the_newest_of_each_line_is_taken_once(inbox):
         inbox.draw(line("p1/a", x))
     inbox.draw(line("p1/b", 9))
     inbox.draw(Drawn(Op.SURFACE, "p1/a", "p1", np.zeros((4, 3))))
-    arrived = inbox.take((), 0)
+    arrived = inbox.take()
     assert [it.annotation_id for it in arrived.lines] == ["p1/a", "p1/b"]
     assert arrived.lines[0].points_in_world[0, 0] == 2
     assert [it.surface_id for it in arrived.surfaces] == ["p1/a"]
-    again = inbox.take((), 0)
+    again = inbox.take()
     assert (again.lines, again.surfaces) == ((), ())
     assert inbox.has_handed(arrived.lines[0])
     assert not inbox.has_handed(line("p1/a", 2).annotation())
 
 
-def test_a_body_is_shown_for_two_seconds(inbox, guest, body_at):
-    guest.body, guest.body_ns = body_at(1.0), 5
-    (first,) = inbox.take([guest], 5).avatars
-    (same,) = inbox.take([guest], 5 + SHOWN_NS).avatars
+def test_each_body_is_decoded_once(body_at):
+    avatars = Avatars()
+    data = body_at(1.0)
+    (first,) = avatars.of([(ANNA, data)])
+    (same,) = avatars.of([(ANNA, data)])
     assert same is first
-    assert inbox.take([guest], 6 + SHOWN_NS).avatars == ()
-    guest.body, guest.body_ns = body_at(2.0), 7 + SHOWN_NS
-    (newer,) = inbox.take([guest], 7 + SHOWN_NS).avatars
+    (newer,) = avatars.of([(ANNA, body_at(2.0))])
     assert newer.world_from_head.translation[0] == 2
-    guest.change(role=Role.LOCAL)
-    assert inbox.take([guest], 7 + SHOWN_NS).avatars[0].role == "local"
+    (local,) = avatars.of([(replace(ANNA, role=Role.LOCAL), data)])
+    assert local.role == "local"
+    assert avatars.of([]) == ()
 
 
 def test_what_waits_has_a_limit(inbox, monkeypatch):
@@ -97,10 +93,10 @@ def test_what_waits_has_a_limit(inbox, monkeypatch):
         inbox.draw(line(f"p1/{number}", 0))
     for number in range(2 * MAX_EVENTS):
         inbox.note("joined", str(number))
-    arrived = inbox.take((), 0)
+    arrived = inbox.take()
     assert [it.annotation_id for it in arrived.lines] == [f"p1/{n}" for n in range(15, 20)]
     assert len(arrived.events) == MAX_EVENTS
     assert arrived.events[-1] == ("joined", str(2 * MAX_EVENTS - 1))
     inbox.draw(line("p1/x", 0))
-    inbox.take((), 0)
+    inbox.take()
     assert len(inbox._handed) == 5

@@ -24,7 +24,7 @@ class Desk:
         self.states.take(self._state_at(float(self.moved)))
 
     def take(self, now_ns=0):
-        return self.outbox.take(self.states, self.bodies, now_ns)
+        return self.outbox.take(self.states, self.bodies, now_ns=now_ns)
 
     def texts(self, now_ns=0):
         found = []
@@ -36,7 +36,7 @@ class Desk:
 @pytest.fixture
 def desk(state_at):
     made = Desk(state_at)
-    made.outbox.begin('{"kind":"welcome"}', version=0, token_number=2)
+    made.outbox.begin(['{"kind":"welcome"}'], version=0, token_number=2)
     assert made.texts() == [{"kind": "welcome"}]
     return made
 
@@ -69,7 +69,7 @@ def test_seeing_a_state_proves_that_the_welcome_came(desk):
     assert desk.outbox.see(0)
     assert not desk.outbox.see(5)
     late = Outbox(1, Sent())
-    late.begin("{}", version=7, token_number=1)
+    late.begin(["{}"], version=7, token_number=1)
     assert not late.see(6)
     assert late.see(7)
 
@@ -82,9 +82,21 @@ def test_bodies_go_together_at_most_90_times_a_second(desk):
         desk.bodies.put(2, b"a%d" % step)
         desk.bodies.put(3, b"b%d" % step)
         bundles += desk.texts(step * 1_000_000)
-    assert 80 <= len(bundles) <= 91
+    assert len(bundles) == 90
     assert dict(unpack_bodies(bundles[1])) == {2: b"a12", 3: b"b12"}
-    assert desk.sent.dropped == 2 * (1000 - 1) - 2 * (len(bundles) - 1) - 2 * (999 - 996)
+    assert desk.sent.dropped == 2 * (990 - 90), "990 of each were there when the last was sent"
+
+
+def test_a_late_body_is_followed_by_one_in_time(desk):
+    at = 100 * BODY_PAUSE_NS
+    for now_ns, is_sent in (
+        (at, True),
+        (at + 1, True),
+        (at + 2, False),
+        (at + BODY_PAUSE_NS, True),
+    ):
+        desk.bodies.put(2, b"a")
+        assert bool(desk.texts(now_ns)) is is_sent
 
 
 def test_a_body_is_sent_once(desk):
@@ -131,6 +143,15 @@ def test_one_long_text_alone_goes(desk, monkeypatch):
     monkeypatch.setattr(outbox_module, "MAX_TEXT_BYTES", 10)
     desk.outbox.put(json.dumps("x" * 100))
     assert not desk.outbox.is_overfull
+
+
+def test_however_much_was_missed_is_sent_to_whoever_comes(desk):
+    text = json.dumps({"kind": "log", "x": "x" * 10_000})
+    desk.outbox.begin([text] * 2000, version=0, token_number=3)
+    for _ in range(10):
+        desk.outbox.put('{"kind":"log"}')
+    assert not desk.outbox.is_overfull
+    assert [len(it) for it in desk.texts()] == [2] * 2000 + [1] * 10
 
 
 def test_goodbye_is_said_once_and_last(desk):

@@ -8,6 +8,7 @@ import threading
 import time
 
 import aiohttp
+import numpy as np
 import pytest
 
 from devices.clock import WallClock
@@ -17,6 +18,7 @@ from devices.hub.messages import MAX_TEXT_BYTES
 from devices.hub.roles import Role
 from devices.hub.server import Hub
 from devices.hub.wire import unpack_bodies
+from scenes.state import Annotation, reduce_state
 
 LINE = {"kind": "do", "id": 1, "op": "line", "line": "a", "points": [[0, 1, 0], [1, 1, 0]]}
 
@@ -341,6 +343,19 @@ def test_publishing_costs_the_caller_nothing(house, state_at):
     run(house, talk)
 
 
+def test_a_state_that_cannot_be_sent_is_said_and_the_next_one_goes(house, state_at):
+    async def talk(http):
+        anna = await house.join(http)
+        bad = Annotation("bad", "designer", np.zeros((1, 3)), (float("nan"), 0.0, 0.0))
+        house.hub.publish(reduce_state(state_at(1.0), bad, 1))
+        await until(lambda: any("defect" in line for line in house.said))
+        house.hub.publish(state_at(2.0, 2))
+        assert (await anna.next("state"))["objects"]["cup"][0] == 2
+
+    run(house, talk)
+    assert house.said.count("people: defect in the hub: ValueError") == 1
+
+
 def test_any_thread_may_ask(house):
     async def talk(http):
         await house.join(http)
@@ -409,7 +424,7 @@ def test_closing_says_goodbye_and_frees_the_port(house):
 def test_a_taken_port_is_an_error(house):
     port = int(house.url.rsplit(":", 1)[1].rstrip("/"))
     hub = Hub(HubSettings(port=port), {}, clock=WallClock())
-    with pytest.raises(OSError, match="address already in use"):
+    with pytest.raises(OSError, match="Address already in use"):
         hub.start()
     hub.close()
     with pytest.raises(RuntimeError, match="before"):

@@ -28,7 +28,7 @@ def played(hub, plan, *, codes=1000):
         over = asyncio.Event()
         states = asyncio.create_task(publishing(hub, over))
         try:
-            return await run_crowd(plan, codes_of(hub.hub, codes), over, joined=counts.append)
+            return await run_crowd(plan, codes_of(hub.hub, codes), over=over, joined=counts.append)
         finally:
             over.set()
             await states
@@ -83,7 +83,7 @@ def test_a_headset_that_is_off_or_asleep_sends_nothing(hub):
 
 def test_a_wrong_code_and_too_few_codes_end_it(hub):
     async def play(codes):
-        await run_crowd(CrowdPlan(HubAddress(hub.url), 2, 1.0), codes, asyncio.Event())
+        await run_crowd(CrowdPlan(HubAddress(hub.url), 2, 1.0), codes, over=asyncio.Event())
 
     async def wrong():
         yield "nobody"
@@ -97,7 +97,7 @@ def test_a_wrong_code_and_too_few_codes_end_it(hub):
 def test_a_hub_that_ends_says_goodbye(hub):
     async def play():
         plan = CrowdPlan(HubAddress(hub.url), 1)
-        crowd = asyncio.create_task(run_crowd(plan, codes_of(hub.hub), asyncio.Event()))
+        crowd = asyncio.create_task(run_crowd(plan, codes_of(hub.hub), over=asyncio.Event()))
         while not hub.hub.people():
             await asyncio.sleep(0.05)
         await asyncio.sleep(0.3)

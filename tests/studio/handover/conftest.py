@@ -1,43 +1,22 @@
 """A tiny rehearsal's folder to share, and the page of the built-in lab in a real browser."""
 
-import importlib.util
 import threading
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from devices.session_info import SessionInfo
 from scenes.frames import look_at
-from scenes.opening import open_scene
 from scenes.pose import Pose
 from scenes.state import Annotation, Avatar, TrackedObject, TrackState
 from studio import rehearsal
 from studio.console.progress import Progress
 from studio.handover.moments import Moments
 from studio.handover.viewer_page import write_viewer
-from studio.handover.web_files import MissingWebFilesError, licences, web_modules
 from studio.session.plan import SessionPlan
+from studio.web.web_files import licences
 
-
-def load_browser():
-    """The module beside this file: tests are no package."""
-    spec = importlib.util.spec_from_file_location("browser", Path(__file__).parent / "browser.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-browser = load_browser()
 CHAIR_FROM, CHAIR_TO = (-0.4, 0.3, 0.0), (0.9, -0.6, 0.0)
-
-
-@pytest.fixture(scope="session")
-def modules():
-    try:
-        return web_modules(print)
-    except MissingWebFilesError as error:
-        pytest.skip(f"three.js and Spark cannot be had here: {error}")
 
 
 @pytest.fixture(scope="session")
@@ -81,11 +60,6 @@ def lab_moments():
 
 
 @pytest.fixture(scope="session")
-def lab():
-    return open_scene("lab")
-
-
-@pytest.fixture(scope="session")
 def lab_info(tiny):
     info = tiny.session(SessionPlan(methods=("own",))).info
     assert isinstance(info, SessionInfo)
@@ -107,12 +81,3 @@ def lab_page(lab, lab_info, modules, tmp_path_factory):
         cancelled=threading.Event(),
     )
     return path
-
-
-@pytest.fixture(scope="session")
-def chromium(tmp_path_factory):
-    """One browser for all tests of a run."""
-    if browser.browser_path() is None:
-        pytest.skip(f"no browser here: none of {', '.join(browser.NAMES)}")
-    with browser.opened_browser(tmp_path_factory.mktemp("profile")) as page:
-        yield page

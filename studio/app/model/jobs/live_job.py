@@ -202,7 +202,7 @@ class LiveJob(SceneJob):
         stack.callback(doors.end)
         if hosting is not None:
             hub = doors.open(hosting)
-            self._joining = join_line(hub, hosting, invitations_for(hub, hosting))
+            self._joining = join_line(hub, hosting, invitations=invitations_for(hub, hosting))
         live = LiveSession(
             plan.scene,
             scene,

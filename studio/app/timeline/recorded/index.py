@@ -154,9 +154,13 @@ class RecordingIndex:
             version=count,
             t_ns=int(self.changes_ns[count - 1]) if count else 0,
             objects=MappingProxyType(self._objects(t_ns)),
-            surfaces=_newest(self.surfaces, t_ns, lambda item: len(item.corners_in_world) > 0),
+            surfaces=_newest(
+                self.surfaces, t_ns, is_there=lambda item: len(item.corners_in_world) > 0
+            ),
             avatars=MappingProxyType(self._people(t_ns)),
-            annotations=_newest(self.annotations, t_ns, lambda item: len(item.points_in_world) > 0),
+            annotations=_newest(
+                self.annotations, t_ns, is_there=lambda item: len(item.points_in_world) > 0
+            ),
             world_from_rig=self._rig(t_ns),
         )
 
@@ -183,7 +187,7 @@ class RecordingIndex:
 
 
 def _newest(
-    changes: Mapping[str, Changes[T]], t_ns: int, is_there: Callable[[T], bool]
+    changes: Mapping[str, Changes[T]], t_ns: int, *, is_there: Callable[[T], bool]
 ) -> Mapping[str, T]:
     """Return the newest of each, without those that have been removed."""
     found = {key: series.newest(t_ns) for key, series in changes.items()}

@@ -152,3 +152,26 @@ def test_the_name_of_a_sibling_tells_whose_it_is():
     assert name_when_whole(".sweep.json.0123abcd.part") == "sweep.json"
     assert name_when_whole("sweep.json") == "sweep.json"
     assert name_when_whole(".hidden.part") == ".hidden.part"
+
+
+@pytest.mark.skipif(os.name != "posix", reason="permissions of POSIX")
+def test_a_private_file_is_for_the_user_alone_from_its_first_byte(tmp_path):
+    path = tmp_path / "key"
+    modes = []
+
+    def blocks():
+        yield b"se"
+        modes.extend(file.stat().st_mode & 0o777 for file in tmp_path.iterdir())
+        yield b"cret"
+
+    assert write_whole(path, blocks(), is_private=True) == 6
+    assert modes == [0o600]
+    assert path.stat().st_mode & 0o777 == 0o600
+    write_whole(path, "open")
+    assert path.stat().st_mode & 0o044 == 0o044 & ~umask()
+
+
+def umask():
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask

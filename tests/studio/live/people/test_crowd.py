@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from contextlib import contextmanager
 from types import SimpleNamespace
 
 import pytest
@@ -50,6 +51,15 @@ def crowd_of(room, *, seconds, live_s=None, clients=2):
     return crowd, said
 
 
+@contextmanager
+def started(crowd):
+    crowd.start()
+    try:
+        yield
+    finally:
+        crowd.end()
+
+
 def until(condition, seconds):
     for _ in range(round(seconds / 0.05)):
         if condition():
@@ -60,7 +70,7 @@ def until(condition, seconds):
 
 def test_two_people_are_measured_and_attacks_refused(room):
     crowd, said = crowd_of(room, seconds=14.0)
-    with crowd:
+    with started(crowd):
         until(lambda: crowd.process_ids, 5)
         until(lambda: not crowd.process_ids, 25)
         rows = {row.name: row for row in crowd.rows()}
@@ -76,7 +86,7 @@ def test_two_people_are_measured_and_attacks_refused(room):
 
 def test_before_the_session_is_live_nobody_joins(room):
     crowd, said = crowd_of(room, seconds=None, live_s=lambda: None)
-    with crowd:
+    with started(crowd):
         time.sleep(0.5)
         assert crowd.process_ids == ()
     assert [row.name for row in crowd.rows()] == ["live.clients.failed"]
@@ -86,7 +96,7 @@ def test_before_the_session_is_live_nobody_joins(room):
 def test_people_who_cannot_join_are_a_failure_with_its_reason(room):
     room.hub.close()
     crowd, said = crowd_of(room, seconds=None)
-    with crowd:
+    with started(crowd):
         until(lambda: crowd.process_ids, 5)
         until(lambda: not crowd.process_ids, 15)
         rows = {row.name: row for row in crowd.rows()}

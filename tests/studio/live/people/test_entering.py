@@ -26,9 +26,13 @@ class FakeHub:
     def __init__(self, *arrived):
         self.arrived = list(arrived)
         self.states = []
+        self.pictures = {}
 
     def take(self):
         return self.arrived.pop(0) if self.arrived else Arrived()
+
+    def show(self, surface_id, jpeg):
+        self.pictures[surface_id] = jpeg
 
     def publish(self, state):
         self.states.append(state)

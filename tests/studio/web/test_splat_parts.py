@@ -3,8 +3,8 @@ import threading
 import pytest
 
 from scenes.formats.registry import read_splats
-from studio.handover.splat_parts import shadow_part, write_shadow_parts, write_splat_parts
 from studio.session.pipeline import CancelledError
+from studio.web.splat_parts import shadow_part, write_shadow_parts, write_splat_parts
 
 
 def test_a_room_that_is_too_large_is_thinned_to_what_is_allowed(lab, tmp_path):

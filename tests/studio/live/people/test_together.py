@@ -1,0 +1,78 @@
+"""Two people over real sockets in a live session: seen, recorded, and replayed to the bit."""
+
+from __future__ import annotations
+
+import asyncio
+
+from devices.recording import read_recording, read_session
+from devices.recording_codec import RecordedAnnotation, RecordedAvatar
+from scenes.workers.task import Task
+from sim.headset.connection import HubAddress
+from sim.headset.crowd import CrowdPlan, run_crowd
+from studio.live.people.hosting import Hosting, hosted
+from studio.session.plan import SessionPlan
+from studio.session.sources import PEOPLE, recorded_messages
+
+
+def seen(output):
+    """People, lines and version of the state after a picture, as plain numbers."""
+    state = output.state
+    people = {
+        key: (
+            a.world_from_head.matrix().tolist(),
+            [hand.tolist() for hand in a.hands],
+            None if a.ray is None else a.ray.tolist(),
+        )
+        for key, a in state.avatars.items()
+    }
+    lines = {key: item.points_in_world.tolist() for key, item in state.annotations.items()}
+    events = [event.text for event in output.input.events if event.source == PEOPLE]
+    return state.version, people, lines, events
+
+
+def test_two_people_in_a_session_are_recorded_and_replayed_to_the_bit(live, tiny, monkeypatch):
+    monkeypatch.setattr("sim.headset.client.DRAW_EVERY_S", 0.9)
+    monkeypatch.setattr("sim.headset.client.DRAW_S", 0.5)
+    states = {}
+    with hosted(Hosting(), tiny.scene, clock=live.clock, say=lambda _line: None) as hub:
+        session = live.session(people=hub)
+        played = live.run(session, lambda o: states.update({o.input.frame.seq: seen(o)}))
+        live.push(session)
+        live.until(lambda: len(states) >= 3)
+
+        async def codes():
+            for _ in range(2):
+                yield hub.invite().code
+
+        def join(_task):
+            plan = CrowdPlan(HubAddress(hub.url), 2, 3.0)
+            return asyncio.run(run_crowd(plan, codes(), over=asyncio.Event()))
+
+        tally = Task("two people", join).start().outcome()
+        # They have left: two seconds later nobody shows them any more.
+        live.until(lambda: not list(states.values())[-1][1], seconds=6)
+        session.end()
+        played.thread.join(10)
+    assert played.error is None
+    assert tally.failures == []
+    assert tally.states > 10
+    assert tally.done > 5
+    assert tally.state.percentile(95) < 1000
+
+    path = live.folder / "live.mcap"
+    values = list(read_recording(path))
+    avatars = [value.avatar for value in values if isinstance(value, RecordedAvatar)]
+    assert {avatar.user_id for avatar in avatars} == {"p1", "p2"}
+    assert {hand.shape for avatar in avatars for hand in avatar.hands} == {(25, 3)}
+    assert any(avatar.ray is not None for avatar in avatars)
+    assert any(isinstance(value, RecordedAnnotation) for value in values)
+    assert max(len(people) for _, people, _, _ in states.values()) == 2
+
+    info, again = read_session(path), {}
+    replay = tiny.session(
+        SessionPlan(methods=("own",)),
+        inputs=lambda: recorded_messages(path, info),
+        methods={"own": tiny.tracker(0.0)},
+    )
+    replay.run(lambda output: again.update({output.input.frame.seq: seen(output)}))
+    assert again == states

@@ -1,0 +1,132 @@
+"""The page in an emulated headset (iwer as a Quest 3): what is sent, pointing, jumping."""
+
+import time
+
+import numpy as np
+import pytest
+
+from devices.hub.wire import decode_body, unpack_bodies
+
+READY = "document.documentElement?.dataset.state === 'ready'"
+WEAR = """
+window.headset = new IWER.XRDevice(IWER.metaQuest3);
+headset.installRuntime({ forceInstall: true });
+headset.position.set(0.2, 1.7, 0.1);
+"""
+
+
+@pytest.fixture
+def inside(page, hub, iwer_source):
+    """The page after *Enter VR*."""
+    added = page.call("Page.addScriptToEvaluateOnNewDocument", source=iwer_source + WEAR)
+    page.visit(hub.invite().url, width=320, height=240)
+    page.wait_for("document.documentElement?.dataset.state === 'join'")
+    page.evaluate("document.getElementById('name').value = 'Ada'")
+    page.evaluate("document.getElementById('join-button').click()")
+    page.wait_for(READY)
+    page.wait_for("document.getElementById('vr').ariaDisabled === 'false'")
+    page.evaluate(
+        "live.control.camera.position.set(0, -0.5, 1.6); live.control.lookAt("
+        "live.room.camera.position.clone().set(0, 3, 1.6))"
+    )
+    page.evaluate("document.getElementById('vr').click()")
+    page.wait_for("live.headset.isOn")
+    yield page
+    page.call("Page.removeScriptToEvaluateOnNewDocument", identifier=added["identifier"])
+
+
+def newest_body(guest, wanted, seconds=20.0):
+    """What another client gets of the first person."""
+    deadline = time.monotonic() + seconds
+    while time.monotonic() < deadline:
+        for data in guest.bodies[-5:][::-1]:
+            for _index, body in unpack_bodies(data):
+                decoded = decode_body(body)
+                if wanted(decoded):
+                    return decoded
+        time.sleep(0.02)
+    raise TimeoutError("no such body came")
+
+
+def test_head_and_controllers_are_sent_as_they_are_held(inside, invite_guest):
+    guest = invite_guest("Grace")
+    body = newest_body(guest, lambda body: None not in body.controllers)
+
+    # The headset's floor is where one stood: 0.5 m before the middle (y up: z = 0.5).
+    assert body.room_from_head.translation == pytest.approx([0.2, 1.7, 0.6], abs=2e-3)
+    assert body.hands == (None, None)
+    inside.evaluate("headset.controllers.right.position.set(0.3, 1.2, -0.4)")
+    place = [0.3, 1.2, 0.1]
+
+    def is_there(body):
+        held = body.controllers[1]
+        return held and np.allclose(held.room_from_grip.translation, place, atol=0.05)
+
+    newest_body(guest, is_there)
+    assert inside.evaluate("live.room.spark.maxStdDev") == pytest.approx(np.sqrt(5))
+    assert inside.messages == []
+
+
+def test_the_trigger_points_and_the_grip_draws(inside, hub, invite_guest):
+    guest = invite_guest("Grace")
+    inside.evaluate("headset.controllers.right.updateButtonValue('trigger', 1)")
+    ray = newest_body(guest, lambda body: body.ray is not None).ray
+    assert np.linalg.norm(ray[1] - ray[0]) > 0.3
+    inside.evaluate("headset.controllers.right.updateButtonValue('trigger', 0)")
+    newest_body(guest, lambda body: body.ray is None)
+
+    inside.evaluate("headset.controllers.right.position.set(0.2, 1.3, -0.3)")
+    inside.evaluate("headset.controllers.right.updateButtonValue('squeeze', 1)")
+    inside.wait_for("live.board.own !== null")
+    for x in (0.25, 0.3, 0.35):
+        inside.evaluate(f"headset.controllers.right.position.set({x}, 1.3, -0.3)")
+        inside.wait_for(f"live.board.own.points.at(-1)[0] > {x - 0.04}")
+    inside.evaluate("headset.controllers.right.updateButtonValue('squeeze', 0)")
+    inside.wait_for("live.board.own === null && live.board.lines().length === 1")
+    lines = [line for line in hub.take().lines if len(line.points_in_world) > 2]
+    assert lines[-1].points_in_world[:, 2] == pytest.approx(1.3, abs=0.15)
+
+
+def test_the_thumbstick_jumps_to_where_the_arc_ends_and_turns(inside):
+    before = inside.evaluate("live.headset.rig.position.toArray()")
+    inside.evaluate("headset.controllers.right.updateAxes('thumbstick', 0, -1)")
+    inside.wait_for("live.headset.arc.isShown && live.headset.landing !== null")
+    landing = inside.evaluate("live.headset.landing.toArray()")
+    inside.evaluate("headset.controllers.right.updateAxes('thumbstick', 0, 0)")
+    inside.wait_for("!live.headset.arc.isShown")
+
+    head = inside.evaluate(
+        "live.headset.rig.position.toArray().map((v, i) => v + [0.2, 0, 0.1][i])"
+    )
+    assert head == pytest.approx(landing, abs=1e-3)
+    assert np.linalg.norm(np.subtract(landing, before)) > 0.3
+    inside.evaluate("headset.controllers.right.updateAxes('thumbstick', 1, 0)")
+    inside.wait_for("Math.abs(live.headset.rig.rotation.y + Math.PI / 6) < 1e-3")
+
+
+def test_hands_arrive_with_all_their_joints(inside, invite_guest):
+    guest = invite_guest("Grace")
+    inside.evaluate("headset.primaryInputMode = 'hand'")
+    body = newest_body(guest, lambda body: None not in body.hands)
+
+    for hand in body.hands:
+        assert hand.joints.shape == (25, 3)
+        spread = np.linalg.norm(hand.joints - hand.joints[0], axis=1)
+        assert 0.12 < spread.max() < 0.25
+        assert (hand.radii_m > 0.003).all()
+    # One sees one's own hands.
+    assert inside.evaluate("live.headset.figure.hands.map((hand) => hand.group.visible)") == [
+        True,
+        True,
+    ]
+
+
+def test_leaving_vr_leads_back_to_the_page(inside):
+    inside.evaluate("live.headset.leave()")
+    inside.wait_for("!live.headset.isOn")
+
+    assert inside.evaluate("live.eye()") == pytest.approx([0, -0.5, 1.6], abs=1e-3)
+    assert inside.evaluate("live.room.spark.maxStdDev") == pytest.approx(np.sqrt(8))
+    drawn = inside.evaluate("live.drawn()")
+    inside.evaluate("live.control.go('corner')")
+    inside.wait_for(f"live.drawn() > {drawn}")
