@@ -6,6 +6,8 @@ finger from the thumb, and of each (spread, flexion of three joints) in radians.
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 
 from scenes.bodies.skeleton import FINGER_FLEXION, FINGER_SPREAD, SIDES, rest_arm
@@ -110,11 +112,10 @@ def fingers(angles: Array) -> tuple[Array, Array]:
         angles: (..., 2, 5, 4) of left and right hands.
     """
     along, dorsal = _directions(angles)
-    rest_along, rest_dorsal = _directions(np.broadcast_to(REST, (2, FINGERS, 4)))
     steps = along * PHALANGES_M[..., None]
     start = np.broadcast_to(KNUCKLES[:, None, :] * _mirror(), (*steps.shape[:-2], 1, 3))
     places = np.cumsum(np.concatenate([start, steps], axis=-2), axis=-2)
-    turn = frame(along, dorsal) @ np.swapaxes(frame(rest_along, rest_dorsal), -1, -2)
+    turn = frame(along, dorsal) @ _rest_axes()
     return places, turn
 
 
@@ -131,11 +132,19 @@ def _directions(angles: Array) -> tuple[Array, Array]:
     return first, second
 
 
+@cache
+def _rest_axes() -> Array:
+    """Return (2, 5, 3, 3, 3): axes of the flat hand's bones from the palm's."""
+    return np.swapaxes(frame(*_directions(np.broadcast_to(REST, (2, FINGERS, 4)))), -1, -2)
+
+
+@cache
 def _mirror() -> Array:
     """Return (2, 1, 1, 3): factors that make a left palm of a right one."""
     return np.array([[[[1.0, -1.0, 1.0]]], [[[1.0, 1.0, 1.0]]]])
 
 
+@cache
 def rest_palm() -> Array:
     """Return (2, 3, 3): person from the palm's axes of hands at rest."""
     along, _, dorsal = rest_arm()

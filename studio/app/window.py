@@ -27,6 +27,7 @@ from studio.app.model.documents.document import Document
 from studio.app.model.documents.document_file import SUFFIX, load_document
 from studio.app.model.jobs.live_job import LivePlan
 from studio.app.model.jobs.scene_job import SceneJob
+from studio.app.model.runs.guests import Guests, doors_of
 from studio.app.model.runs.live_run import LiveRun
 from studio.app.model.runs.session_run import SessionRun
 from studio.app.model.script import Step
@@ -78,7 +79,9 @@ def make_window(
     run = SessionRun(bench, out=rehearse_to, scenarios=home / "scenarios")
     bench.session = run
     bench.share(run.folders)
-    bench.share(LiveRun(bench, run))
+    live = LiveRun(bench, run)
+    bench.share(live)
+    bench.share(Guests(bench, doors_of(live)))
     window = MainWindow(bench, run, home=home, make_view=_make_view, plugins=plugins)
     trimming = QTimer(window)
     trimming.timeout.connect(return_free_pages)

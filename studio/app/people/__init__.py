@@ -1,6 +1,5 @@
 """People in the window: who may join the live session, a code for them, who is here.
 
-`guests.py` (doors, codes and people without Qt), `words.py` (states in words), `actions.py` (all of
-it for keys, palette and scripts), `qr_code.py` (an address as squares), `invitation_view.py` (code,
-squares and time left), `person_row.py` (one person), `dock.py` (the panel).
+`dock.py` (the panel) of `invitation_view.py` (code, squares and time left), `qr_code.py` (an
+address as squares), `person_row.py` (one person), `words.py` (states in words).
 """

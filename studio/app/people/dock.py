@@ -14,8 +14,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from studio.app.model.runs.guests import DoorState, Guests
 from studio.app.model.workbench import Topic, Workbench
-from studio.app.people.guests import DoorState, Guests
 from studio.app.people.invitation_view import InvitationView
 from studio.app.people.person_row import PersonRow
 from studio.app.people.words import NETWORK_WARNING, STARTS, State, here_words

@@ -14,10 +14,10 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from studio.app.model.runs.guests import ROLES, Guests
 from studio.app.model.workbench import Workbench
-from studio.app.people.guests import Guests
 from studio.app.people.qr_code import qr_modules
-from studio.app.people.words import EXPIRES_SOON_S, ROLE_HINTS, ROLES, code_words, time_words
+from studio.app.people.words import EXPIRES_SOON_S, ROLE_HINTS, code_words, time_words
 from studio.app.shell.theme import THEMES
 
 CODE_SIZE = 2.6
@@ -28,6 +28,7 @@ QR_PX = 164
 length."""
 
 NO_CODE = "no code"
+"""Words in the place of a code."""
 
 
 class QrView(QWidget):

@@ -15,12 +15,17 @@ from PySide6.QtWidgets import (
     QSizePolicy,
 )
 
+from studio.app.model.runs.guests import ROLES
 from studio.app.model.workbench import Workbench
-from studio.app.people.words import ROLE_HINTS, ROLES, latency_words, state_of
+from studio.app.people.words import ROLE_HINTS, latency_words, state_of
 from studio.app.shell.theme import SHAPES, THEMES
 
 if TYPE_CHECKING:
     from devices.hub.roles import Person
+
+
+WIDEST = max(map(len, ROLES.values()))
+"""Letters of the longest role: the lists of all rows are equally wide."""
 
 
 class PersonRow(QFrame):
@@ -50,6 +55,7 @@ class PersonRow(QFrame):
             self.role.setItemData(
                 self.role.count() - 1, ROLE_HINTS[role], Qt.ItemDataRole.ToolTipRole
             )
+        self.role.setMinimumContentsLength(WIDEST)
         self.role.activated.connect(self._choose_role)
         self.look = QPushButton("Look from theirs")
         self.look.setToolTip("the view follows their eyes until it is moved by hand")
@@ -118,4 +124,4 @@ class PersonRow(QFrame):
         self._bench.do("people.mute", person=self.person.person_id, muted=not self.person.is_muted)
 
     def _remove(self) -> None:
-        self._bench.do("people.remove", name=self.person.person_id)
+        self._bench.do("people.remove", person=self.person.person_id)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from studio.app.people.guests import WORSE_MS, DoorState
+from studio.app.model.runs.guests import WORSE_MS, DoorState
 
 if TYPE_CHECKING:
     from devices.hub.roles import Person
@@ -15,9 +15,9 @@ EXPIRES_SOON_S = 30.0
 takes to read it out and to type it."""
 
 NETWORK_WARNING = (
-    "Everybody on this network can then reach the room's page and try codes: five wrong ones, and "
-    "an address has to wait. Nobody sees the room without a code. Browsers warn of the certificate "
-    "until this computer's own root certificate is installed; the page says how."
+    "Everybody on this network can then reach the page and try codes: after five wrong ones an "
+    "address is refused for a minute. Nobody sees the room without a code. Browsers warn of the "
+    "certificate until this computer's own root certificate is installed."
 )
 """Consequences of opening the room to the network, said before it is done."""
 
@@ -29,14 +29,6 @@ STARTS = {
     DoorState.NETWORK: "Browsers and headsets on this network can join with a code.",
 }
 """Sentences of the states."""
-
-ROLES = {
-    "local": "on site",
-    "remote": "remote",
-    "operator": "operator",
-    "spectator": "spectator",
-}
-"""Roles as people read them."""
 
 ROLE_HINTS = {
     "local": "in the room itself: seen, points, draws, makes surfaces live",

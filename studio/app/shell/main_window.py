@@ -11,17 +11,17 @@ from PySide6.QtCore import QByteArray, QTimer
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QResizeEvent
 from PySide6.QtWidgets import QApplication, QLabel, QMainWindow, QStatusBar, QVBoxLayout, QWidget
 
+from studio.app.model.runs.guests import Guests
 from studio.app.model.runs.leaving import Answer, Leaving, Replacing, document_name
 from studio.app.model.runs.live_run import LiveRun
 from studio.app.model.runs.session_run import SessionRun
 from studio.app.model.settings import save_settings
 from studio.app.model.workbench import Topic, Workbench
-from studio.app.people.actions import GuestActions
-from studio.app.people.guests import Guests, doors_of
 from studio.app.plugins.panel_docks import PanelDocks
 from studio.app.plugins.plugin_host import PluginHost
 from studio.app.shell.actions.files import FileActions
 from studio.app.shell.actions.live import LiveActions
+from studio.app.shell.actions.people import GuestActions
 from studio.app.shell.actions.sessions import add_session_actions
 from studio.app.shell.actions.window import add_shell_actions
 from studio.app.shell.docking.window_docks import WindowDocks
@@ -155,13 +155,10 @@ class MainWindow(QMainWindow):
         ask = partial(ask_file, self)
         FileActions(bench, replacing, ask, partial(ask_folder, self)).add()
         add_session_actions(bench, run, partial(ask_share, self))
-        self._guests: Guests | None = None
-        live = bench.shared(LiveRun)
-        if live is not None:
+        live, guests = bench.shared(LiveRun), bench.shared(Guests)
+        if live is not None and guests is not None:
             LiveActions(bench, live, ask).add()
-            self._guests = Guests(bench, doors_of(live))
-            bench.share(self._guests)
-            GuestActions(bench, self._guests).add()
+            GuestActions(bench, guests).add()
         add_shell_actions(bench, self)
         self.menus.build()
         self._listen()
@@ -250,8 +247,9 @@ class MainWindow(QMainWindow):
 
     def _poll(self) -> None:
         self.run.poll()
-        if self._guests is not None:
-            self._guests.poll()
+        guests = self.bench.shared(Guests)
+        if guests is not None:
+            guests.poll()
         self.plugins.poll()
         if self._known_actions != len(self.bench.actions):
             self._known_actions = len(self.bench.actions)

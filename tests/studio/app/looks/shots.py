@@ -62,6 +62,7 @@ EMPTY = (
     Shot("live-delay-empty", "dock.live", "live", "Delay"),
     Shot("live-tracker", "dock.live", "live", "Tracker"),
     Shot("live-report-empty", "dock.live", "live", "Report"),
+    Shot("people-empty", "dock.people", "people"),
     Shot("preparation-room", "dock.preparation", "preparation", "Room"),
     Shot("preparation-objects", "dock.preparation", "preparation", "Objects"),
     Shot("preparation-scale", "dock.preparation", "preparation", "Scale"),

@@ -164,3 +164,29 @@ def test_shapes_follow_what_is_shown_and_nobody_sees_their_own_head():
     own = {key for key in keys(Shown(), seen_by="ana") if key.startswith("avatar")}
     assert own == {"avatar ana ray", "avatar ana arms"}
     assert ray_of(CENTRED, EYE, 60.0, 45.0)[1] @ EYE.rotation[:, 2] > 0.999
+
+
+def person_seen(drawer, *, away_m, role="remote"):
+    """Picture of somebody who faces a viewer at their eyes' height."""
+    head = look_at(np.array([0.0, 0.0, 1.6]), np.array([1.0, 0.0, 1.6]))
+    state = SceneState(avatars={"ana": Avatar("ana", role, head)})
+    shapes = shapes_of(state, shown=Shown(), twin=TwinEdits(), world_from_rig=None)
+    eye = look_at(np.array([away_m, 0.0, 1.6]), np.array([0.0, 0.0, 1.35]))
+    return drawer.draw(shapes, CENTRED, eye)
+
+
+def test_a_person_is_one_opaque_figure_that_faces_where_they_look(drawer):
+    drawn = person_seen(drawer, away_m=2.2)
+    seen = np.isfinite(drawn.depth)
+    assert (drawn.rgba[seen][:, 3] == 255).mean() > 0.99
+    rows, columns = np.flatnonzero(seen.any(axis=1)), np.flatnonzero(seen.any(axis=0))
+    assert np.ptp(rows) > 1.2 * np.ptp(columns), "taller than wide"
+    assert 1.9 < drawn.depth[seen].min() < 2.3
+
+
+@pytest.mark.parametrize(("role", "is_clear"), [("remote", True), ("local", False)])
+def test_a_remote_person_before_the_viewer_is_transparent(drawer, role, is_clear):
+    drawn = person_seen(drawer, away_m=0.55, role=role)
+    seen = np.isfinite(drawn.depth)
+    assert seen.sum() > 500
+    assert (np.median(drawn.rgba[seen][:, 3]) < 200) == is_clear

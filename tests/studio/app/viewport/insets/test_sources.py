@@ -107,4 +107,6 @@ def test_people_see_their_own_hands_and_what_is_before_them(drawing):
     changed = np.argwhere(np.abs(own - empty).max(axis=2) > 20)
     assert len(changed) > 10
     hand = CAMERA.project(HEAD.inverse() @ HANDS[0])[0][0]
-    assert np.abs(changed.mean(axis=0)[::-1] - hand).max() < 6
+    assert np.abs(changed[:, ::-1] - hand).max(axis=1).min() < 6
+    below_and_right = (changed[:, 0] > row) & (changed[:, 1] > column)
+    assert below_and_right.mean() > 0.9, "an arm, and nothing of the head"

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from scenes.workers.task import Task
+from studio.app.model.runs.hub_parts import DoorsLike, HubLike
 from studio.app.model.runs.live_run import LiveRun
 from studio.app.model.workbench import Topic, Workbench
 
@@ -27,6 +28,15 @@ WORSE_MS = 150.0
 for 150 one way at most)."""
 
 
+ROLES = {
+    "local": "on site",
+    "remote": "remote",
+    "operator": "operator",
+    "spectator": "spectator",
+}
+"""Roles as people read them."""
+
+
 class DoorState(StrEnum):
     """How people get in; its words."""
 
@@ -35,65 +45,6 @@ class DoorState(StrEnum):
     OPENING = "opening"
     HERE = "open on this computer"
     NETWORK = "open to the network"
-
-
-class HubLike(Protocol):
-    """What the panel needs of `devices.hub.server.Hub`."""
-
-    @property
-    def url(self) -> str:
-        """Address of the page."""
-        ...
-
-    def people(self) -> tuple[Person, ...]:
-        """Return who is here, and who may come back."""
-        ...
-
-    def invite(self, role: Role = ...) -> Invitation:
-        """Make a code."""
-        ...
-
-    def revoke(self, code: str) -> None:
-        """Let a code be worth nothing."""
-        ...
-
-    def set_role(self, person_id: str, role: Role) -> None:
-        """Give a person another role."""
-        ...
-
-    def mute(self, person_id: str, *, is_muted: bool) -> None:
-        """Refuse a person's body and operations, or take them again."""
-        ...
-
-    def remove(self, person_id: str) -> None:
-        """Send a person away."""
-        ...
-
-
-class DoorsLike(Protocol):
-    """What the panel needs of `studio.live.people.doors.Doors`."""
-
-    @property
-    def hub(self) -> HubLike | None:
-        """The hub; None while the doors are closed."""
-        ...
-
-    @property
-    def hosting(self) -> Hosting | None:
-        """How people join."""
-        ...
-
-    def open(self, hosting: Hosting) -> HubLike:
-        """Let people in."""
-        ...
-
-    def close(self) -> None:
-        """Say goodbye to everybody."""
-        ...
-
-    def now_ns(self) -> int:
-        """Return session time."""
-        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,7 +70,7 @@ class Guests:
         """Whether somebody is being asked if the network may reach the room."""
         self._bench, self._doors = bench, doors
         self._role = "remote"
-        self._opening: Task[None] | None = None
+        self._opening: Task[str] | None = None
         self._opens_for: DoorsLike | None = None
         self._shown_of: HubLike | None = None
         self._known: frozenset[str] = frozenset()
@@ -179,7 +130,7 @@ class Guests:
 
     @property
     def undoes(self) -> str:
-        """What `undo` takes back; empty if nothing."""
+        """Label of what `undo` takes back; empty if nothing."""
         return self._undo[-1].label if self._undo else ""
 
     # --- doors -----------------------------------------------------------------------------------
@@ -256,14 +207,12 @@ class Guests:
         for each in come:
             self._bench.say("info", f"people: {each.name} is here as {each.role}")
 
-    def _end_of(self, opening: Task[None]) -> None:
-        try:
-            opening.outcome()
-        except (OSError, ValueError) as error:
-            self._bench.say("error", f"people: the room cannot be opened: {error}")
-        else:
-            if self._opens_for is self._doors() and self._hub() is not None:
-                self.invite()
+    def _end_of(self, opening: Task[str]) -> None:
+        problem = opening.outcome()
+        if problem:
+            self._bench.say("error", f"people: the room cannot be opened: {problem}")
+        elif self._opens_for is self._doors() and self._hub() is not None:
+            self.invite()
         self._bench.announce(Topic.SESSION)
 
     # --- codes -----------------------------------------------------------------------------------
@@ -396,5 +345,10 @@ def _words(values: Iterable[object]) -> str:
     return ", ".join(str(each) for each in values)
 
 
-def _opened(doors: DoorsLike, hosting: Hosting) -> None:
-    doors.open(hosting)
+def _opened(doors: DoorsLike, hosting: Hosting) -> str:
+    """Return why doors cannot be opened; empty when they are open."""
+    try:
+        doors.open(hosting)
+    except (OSError, ValueError) as error:
+        return str(error)
+    return ""

@@ -5,9 +5,8 @@ from __future__ import annotations
 from PySide6.QtGui import QGuiApplication
 
 from studio.app.model.actions import Action, Choice
+from studio.app.model.runs.guests import ROLES, DoorState, Guests
 from studio.app.model.workbench import Workbench
-from studio.app.people.guests import DoorState, Guests
-from studio.app.people.words import ROLES
 
 
 class GuestActions:
@@ -102,13 +101,11 @@ class GuestActions:
                 "people.remove",
                 "Send a person away",
                 "Live",
-                guests.remove,
+                lambda person: guests.remove(person),
                 "they need a new code to come back",
-                arguments=("name",),
+                arguments=("person",),
                 available=lambda: guests.is_open,
-                choices=lambda: [
-                    Choice(each.name, {"name": each.person_id}) for each in guests.people()
-                ],
+                choices=self._each,
             ),
             Action(
                 "people.follow",
