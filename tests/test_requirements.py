@@ -27,6 +27,7 @@ HEADLESS = ("rehearse", "live", "replay", "fork", "compare", "share", "track", "
 """Verbs that run in a light installation."""
 
 IMPORTED_AS = {
+    "PyJWT": "jwt",
     "opencv-contrib-python-headless": "cv2",
     "mujoco-core": "mujoco",
     "zxing-cpp": "zxingcpp",

@@ -86,13 +86,13 @@ def make_window(
     trimming = QTimer(window)
     trimming.timeout.connect(return_free_pages)
     trimming.start(TRIM_MS)
-    _collect_after_closing(bench, run, window)
+    _collect_after_closing(bench, run, window=window)
     if problem:
         bench.say("warning", problem)
     return window
 
 
-def _collect_after_closing(bench: Workbench, run: SessionRun, window: MainWindow) -> None:
+def _collect_after_closing(bench: Workbench, run: SessionRun, *, window: MainWindow) -> None:
     """Collect what holds only itself some time after a recording or a scene was let go.
 
     Recordings, their pictures and threads hold each other, 300 to 450 MB of a short one. By itself

@@ -8,6 +8,7 @@ from studio.app.model.actions import Action
 from studio.app.model.documents.document import Document, with_item
 from studio.app.model.documents.document_file import save_document
 from studio.app.model.script import read_script
+from studio.app.model.workbench import Topic
 from studio.console.display import why_no_window
 
 WHY_NOT = why_no_window()
@@ -240,3 +241,18 @@ def test_text_meets_wcag_aa(name):
         for ink in ("text", "faint", "accent", "good", "warning", "bad", "calm"):
             assert contrast(getattr(theme, ink), ground) >= 4.5, (ink, ground)
     assert contrast(theme.on_accent, theme.accent) >= 4.5
+
+
+def test_what_a_closed_recording_leaves_is_collected_once_nothing_plays(
+    open_studio, monkeypatch, until
+):
+    from studio.app import window as module
+
+    monkeypatch.setattr(module, "COLLECT_AFTER_MS", 1)
+    collected = []
+    monkeypatch.setattr(module, "give_back_memory", lambda: collected.append(1))
+    window = open_studio()
+    until(lambda: collected)
+    collected.clear()
+    window.bench.announce(Topic.RECORDING)
+    until(lambda: collected)
