@@ -25,10 +25,10 @@ sys.path.insert(0, str(ROOT))
 from studio.web.web_files import LICENCES, MODULES, fetch, is_complete  # noqa: E402
 
 BUNDLED = "studio/bundled"
-"""Where `studio/console/program_files.py` looks for them."""
+"""Folder in which `studio/console/program_files.py` looks for them."""
 
 PAGES = (".md", ".png", ".jpg")
-"""What of `docs/` the manual in the window shows."""
+"""Parts of `docs/` that the manual in the window shows."""
 
 GLIBC = "manylinux2014"
 """Oldest Linux that wheels run on; what they depend on wants a newer one (manylinux_2_28)."""

@@ -15,7 +15,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 FLOORS = ("scenes", "devices", "sim", "tracking", "studio", "benchmarks")
 LISTED = tomllib.loads((Path(__file__).with_name("house_exceptions.toml")).read_text("utf-8"))
-"""What breaks a law today, by law: names, or a number a floor."""
+"""Names that break a law today, or a number of them a floor, by law."""
 
 MAX_FILE_LINES = 400
 MAX_FUNCTION_LINES = 60

@@ -25,7 +25,7 @@ STAMPS = struct.Struct("<IQ")
 """Sequence number and time of a body, after its flags."""
 
 STAMPS_AT = 4
-"""Where they are in a body."""
+"""Their place in the bytes of a body."""
 
 ASK = "code"
 """Printed for each person; a code is read then."""

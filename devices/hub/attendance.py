@@ -63,7 +63,7 @@ class Guest:
         away_since_ns: when the connection broke, or the pairing was.
         outbox: of the connection; None while there is none.
         has_joined: whether they were ever connected.
-        is_gone: whether the others were told that they have left.
+        is_gone: whether the others know that they have left.
         oldest_token: number of the oldest token that is still good.
         newest_token: number of the newest one.
         renewed_ns: when the newest one was made.

@@ -16,7 +16,7 @@ class Asset:
 
     Attributes:
         content: its bytes, or where they lie.
-        content_type: as browsers are told.
+        content_type: of the HTTP answer.
         is_private: whether it is given to people in the session alone, who send their token as
             `Authorization: Bearer TOKEN`: the room itself, say.
     """
@@ -35,7 +35,7 @@ class HubSettings:
         port: 0 takes any free one.
         certificate_folder: root and leaf are kept there, made where they are missing; None for
             plain HTTP, which is allowed on the loopback alone.
-        max_people: more are told that the room is full.
+        max_people: more are refused, as the room is full.
         names: further host names under which browsers reach this machine.
     """
 

@@ -90,7 +90,7 @@ class Do:
 
 
 Message = Hello | Seen | Ping | Do
-"""What a client may say in text."""
+"""Texts that a client may send."""
 
 
 def read_message(text: str) -> Message | None:

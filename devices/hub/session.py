@@ -243,7 +243,7 @@ class Session:
         role: Role | None = None,
         is_muted: bool | None = None,
     ) -> None:
-        """Give somebody another role, or mute them; they and the others are told.
+        """Give somebody another role, or mute them; they and the others are sent that.
 
         Raises:
             KeyError: there is no such person.

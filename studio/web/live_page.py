@@ -30,7 +30,7 @@ EARLY = "early.js"
 """A script that is no module, for browsers that know none."""
 
 JAVASCRIPT, SPLATS, JSON = "text/javascript", "application/octet-stream", "application/json"
-"""Types that browsers are told."""
+"""Types in HTTP answers."""
 
 DIGEST_CHARACTERS = 10
 """Of a digest in a file's name: enough to differ, and the hub lets browsers keep such files."""

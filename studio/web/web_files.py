@@ -15,7 +15,7 @@ from pathlib import Path
 from studio.console.program_files import PROGRAM_FILES
 
 WEB = PROGRAM_FILES / "web"
-"""Where the lock file is; in an installed package the libraries lie beside it."""
+"""Folder of the lock file; in an installed package the libraries lie beside it."""
 
 MODULES: Mapping[str, str] = {
     "three": "three/build/three.module.js",

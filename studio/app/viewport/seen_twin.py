@@ -50,7 +50,7 @@ class SeenTwin(QWidget):
         self._drawings = drawings
         self.viewer: Viewer | None = None
         self.followed = ""
-        """Whose eyes are looked through while they are here; "" nobody's."""
+        """Id of the person whose eyes are looked through while they are here; "" for nobody."""
         self.painted: Painted | None = None
         self.fps = 0.0
         self._floor = FoundFloor()

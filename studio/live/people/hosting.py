@@ -33,7 +33,7 @@ class Hosting:
         is_open: whether the network reaches it, over TLS; else this computer alone.
         invitations: codes that are made at the start.
         role: of whoever joins with one of them.
-        max_people: more are told that the room is full.
+        max_people: more are refused, as the room is full.
 
     Raises:
         ValueError: a number is out of range.

@@ -7,7 +7,7 @@ const LINE_WIDTH_M = 0.009;
 const FRAME_WIDTH_M = 0.012;
 const FRAME_COLOUR = [0.94, 0.78, 0.2];
 const STEP_M = 0.015; // between two points
-const MOST_POINTS = 600; // of a line; a longer one goes on as another
+const MAX_POINTS = 600; // of a line; a longer one goes on as another
 const FEW_POINTS = 4;
 const SEND_MS = 80;
 
@@ -64,7 +64,7 @@ export class Board {
     points.push(place.map((v) => Math.round(v * 1e4) / 1e4));
     this.#showOwn();
     if (now - this.own.sentAt > SEND_MS && points.length > 1) this.#send(now);
-    if (points.length < MOST_POINTS) return;
+    if (points.length < MAX_POINTS) return;
     this.end();
     this.begin(colour);
     this.extend(place, now);

@@ -1,4 +1,4 @@
-// The self-test: each thing that the live room needs, with a remedy where it is missing.
+// The self-test: all that the live room needs, with a remedy where it is missing.
 import { BLOCKS } from "live/blocks.js";
 
 const list = document.getElementById("checks");

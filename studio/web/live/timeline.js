@@ -35,7 +35,7 @@ export class Pacer {
   }
 }
 
-/** The last moments of one thing. */
+/** The last moments of one object or person. */
 export class Timeline {
   constructor(pacer) {
     this.pacer = pacer;

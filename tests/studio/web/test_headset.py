@@ -36,7 +36,7 @@ def inside(page, hub, iwer_source):
 
 
 def newest_body(guest, wanted, seconds=20.0):
-    """What another client gets of the first person."""
+    """Return the first person's bodies as another client gets them."""
     deadline = time.monotonic() + seconds
     while time.monotonic() < deadline:
         for data in guest.bodies[-5:][::-1]:

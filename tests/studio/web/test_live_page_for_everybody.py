@@ -44,7 +44,7 @@ def join(page, hub, **size):
 
 
 def unnamed(page):
-    """What a screen reader can reach and has no name for."""
+    """Return the elements that a screen reader can reach and has no name for."""
     nodes = page.call("Accessibility.getFullAXTree")["nodes"]
     wanted = {"button", "radio", "textbox", "link", "combobox", "Canvas"}
     return [

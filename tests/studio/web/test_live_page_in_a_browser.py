@@ -54,7 +54,7 @@ def drag(page, *places):
 
 
 def arrived(hub, wanted, seconds=20.0):
-    """What `hub.take` gives, until something of it is wanted."""
+    """Return what is wanted of what `hub.take` gives, once there is any."""
     deadline = time.monotonic() + seconds
     while time.monotonic() < deadline:
         taken = hub.take()
