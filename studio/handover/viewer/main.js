@@ -13,6 +13,8 @@ const SMOOTH_MS = 50; // from one picture to the next, at the longest
 const byId = (id) => document.getElementById(id);
 const started = performance.now();
 const canvas = byId("room");
+const scrub = /** @type {HTMLInputElement} */ (byId("scrub"));
+const chosenSpeed = /** @type {HTMLSelectElement} */ (byId("speed"));
 const message = byId("message");
 const data = JSON.parse(await window.viewerParts.text("data"));
 
@@ -91,8 +93,8 @@ window.addEventListener("keydown", (event) => {
 });
 window.addEventListener("keyup", (event) => { fast = event.shiftKey; });
 byId("play").addEventListener("click", () => play(!playing));
-byId("scrub").addEventListener("input", (event) => { play(false); seek(Number(event.target.value)); });
-byId("speed").addEventListener("change", (event) => { speed = Number(event.target.value); });
+scrub.addEventListener("input", () => { play(false); seek(Number(scrub.value)); });
+chosenSpeed.addEventListener("change", () => { speed = Number(chosenSpeed.value); });
 byId("view-corner").addEventListener("click", () => camera.go("corner"));
 byId("view-above").addEventListener("click", () => { fly(false); camera.go("above"); });
 byId("fly").addEventListener("click", () => fly(!camera.flying));

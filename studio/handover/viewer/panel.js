@@ -14,9 +14,10 @@ export class Panel {
     this.people = data.people.map((person) =>
       addRow(byId("people"), person.id, () => actions.lookAtPerson(person.id)));
     this.events = data.events.map(([t, text]) => this.#event(t, text, actions.seek));
+    this.scrub = /** @type {HTMLInputElement} */ (byId("scrub"));
     byId("people-title").hidden = !data.people.length;
     byId("events-title").hidden = !data.events.length;
-    byId("scrub").max = String(this.end);
+    this.scrub.max = String(this.end);
     for (const [t] of data.events) {
       const tick = document.createElement("i");
       tick.style.left = `${(100 * t) / Math.max(this.end, 1)}%`;
@@ -39,7 +40,7 @@ export class Panel {
     this.data.events.forEach(([from], index) => {
       this.events[index].className = from <= t ? "past" : "";
     });
-    byId("scrub").value = String(Math.round(t));
+    this.scrub.value = String(Math.round(t));
     byId("time").textContent = `${seconds(t)} of ${seconds(this.end)} s`;
   }
 

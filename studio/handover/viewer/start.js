@@ -48,7 +48,8 @@
   const open = async () => {
     await loadFonts();
     const imports = {};
-    for (const element of document.querySelectorAll("script[data-module]")) {
+    const modules = document.querySelectorAll("script[data-module]");
+    for (const element of /** @type {NodeListOf<HTMLScriptElement>} */ (modules)) {
       const name = element.dataset.module;
       const source = new Blob([await partText(element.id.slice(5))], { type: "text/javascript" });
       imports[name] = URL.createObjectURL(source);

@@ -34,9 +34,8 @@ export class CameraControl {
     this.orbit.addEventListener("change", changed);
     canvas.addEventListener("pointerdown", (event) => this.#touch(event));
     canvas.addEventListener("pointermove", (event) => this.#turn(event));
-    for (const kind of ["pointerup", "pointercancel"]) {
-      window.addEventListener(kind, (event) => this.fingers.delete(event.pointerId));
-    }
+    window.addEventListener("pointerup", (event) => this.fingers.delete(event.pointerId));
+    window.addEventListener("pointercancel", (event) => this.fingers.delete(event.pointerId));
     canvas.addEventListener("contextmenu", (event) => event.preventDefault());
     window.addEventListener("keyup", (event) => this.release(event.code, event.timeStamp));
     window.addEventListener("blur", () => this.#stop());
@@ -51,11 +50,11 @@ export class CameraControl {
   /** Looks from one of the page's views. */
   go(name) {
     const { eye, target, near } = this.views[name];
-    this.camera.position.set(...eye);
+    this.camera.position.fromArray(eye);
     if (this.mode === "walk") this.#land();
     this.camera.near = near ?? NEAR_M;
     this.camera.updateProjectionMatrix();
-    this.orbit.target.set(...target);
+    this.orbit.target.fromArray(target);
     this.orbit.enabled = !this.flying;
     this.camera.lookAt(this.orbit.target);
     this.orbit.update();

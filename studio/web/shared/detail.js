@@ -11,7 +11,8 @@ const LEAST = 0.12; // share of the room by which it is still recognised
 export class Detail {
   /** `spark` draws; `changed` is called when the picture is no longer what it should be. */
   constructor(spark, changed) {
-    Object.assign(this, { spark, changed });
+    this.spark = spark;
+    this.changed = changed;
     this.mesh = null;
     this.share = 1;
     this.isMade = null; // a promise of the tree, once it was wanted

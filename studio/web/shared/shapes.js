@@ -35,7 +35,7 @@ export class Line {
     const count = points === null ? 0 : points.length / 3;
     if (count < 2) return;
     const material = new THREE.MeshBasicMaterial({
-      color: new THREE.Color().setRGB(...colour, THREE.SRGBColorSpace) });
+      color: new THREE.Color().setRGB(colour[0], colour[1], colour[2], THREE.SRGBColorSpace) });
     const radius = this.width / 2;
     const rods = new THREE.InstancedMesh(
       new THREE.CylinderGeometry(radius, radius, 1, SIDES), material, count - 1);
@@ -63,9 +63,9 @@ export class Line {
 
   /** Frees what the graphics card holds of it. */
   clear() {
-    for (const part of this.group.children) {
+    for (const part of /** @type {THREE.InstancedMesh[]} */ (this.group.children)) {
       part.geometry.dispose();
-      part.material.dispose();
+      /** @type {THREE.Material} */ (part.material).dispose();
       part.dispose();
     }
     this.group.clear();
