@@ -74,9 +74,8 @@ def resident_kib(*, but: Collection[int] = ()) -> float:
 def growth_percent(kib: Sequence[float]) -> float | None:
     """Return the growth from the second quarter to the last one, percent.
 
-    A session that takes and returns pictures swings by a quarter of its memory within ten seconds
-    or twenty: shorter spans than quarters of a minute are compared by chance. In one session of
-    four minutes tenths gave +7 % over its whole and -7 % over most of it, quarters +2 and +1 %.
+    A session that takes and returns pictures swings by a quarter of its memory within twenty
+    seconds: tenths of a minute compare by chance where in the swing they fall.
 
     Args:
         kib: samples at even times; too few, or a system that does not say, give None.
