@@ -41,24 +41,17 @@ class OwnItems:
         self._kept: dict[tuple[type, str], tuple[object, object]] = {}
         """Values of the room with other ids, which stay the same values as long as they do."""
 
-    def send(self, item: T, now_ns: int) -> T:
-        """Remember a value of the hub; return it as the room gets it."""
+    def note_sent(self, item: Annotation | LiveSurface, now_ns: int) -> None:
+        """Remember a value of the hub that is on its way to the room; or its end."""
         if isinstance(item, Annotation):
             key, is_there = item.annotation_id, len(item.points_in_world) > 0
-            out = replace(
-                item,
-                annotation_id=f"{self._site}{key}",
-                user_id=f"{self._site}{item.user_id}",
-            )
         else:
             key, is_there = item.surface_id, len(item.corners_in_world) > 0
-            out = replace(item, surface_id=f"{self._site}{key}")
         self._sent.pop((type(item), key), None)
         if is_there:
             self._sent[(type(item), key)] = _Sent(item, now_ns)
             while len(self._sent) > MAX_OWN:
                 del self._sent[next(iter(self._sent))]
-        return out
 
     def name_here(self, key: str) -> str:
         """Return the id that an item or a person of the room has here."""

@@ -22,7 +22,7 @@ from devices.transport.wire import (
 )
 
 MAX_MEMBERS = 64
-"""Members that one follower knows, chosen: sites in one room. Of more, nothing is kept."""
+"""Members that a follower knows unless told otherwise, chosen: sites in one room."""
 
 FORGET_NS = 60_000_000_000
 """Time without a beat after which nothing of a member is kept any more: a minute."""
@@ -41,6 +41,7 @@ class Follower:
             nothing is kept.
         logs: channels that are logs.
         clock: session time.
+        max_members: of more, nothing is kept.
     """
 
     def __init__(
@@ -51,7 +52,9 @@ class Follower:
         limits: Mapping[str, int],
         logs: Collection[str],
         clock: Clock,
+        max_members: int = MAX_MEMBERS,
     ) -> None:
+        self._max_members = max_members
         self._transport, self._members, self._clock = transport, members, clock
         self._limits, self._logs = dict(limits), tuple(logs)
         self._lock = threading.Lock()
@@ -154,7 +157,7 @@ class Follower:
 
     def _find(self, member: Member) -> Followed | None:
         followed = self._followed.get(member)
-        if followed is None and len(self._followed) < MAX_MEMBERS:
+        if followed is None and len(self._followed) < self._max_members:
             followed = Followed(member, self._logs, now_ns=self._clock.now_ns())
             self._followed[member] = followed
         return followed

@@ -35,9 +35,9 @@ def test_what_is_not_for_it_is_refused(ways):
     assert reader.follower.refused == 5
 
 
-def test_too_many_members_are_not_kept(ways, monkeypatch):
+def test_too_many_members_are_not_kept(ways):
     transport, reader, _clock = ways
-    monkeypatch.setattr(module, "MAX_MEMBERS", 2)
+    reader.follower._max_members = 2
     for name in ("a", "b", "c"):
         transport.put(f"gn/lab/site/{name}/now/objects", pack_value(1, 1, b"x"))
     assert len(reader.follower.take()) == 2
