@@ -89,6 +89,7 @@ class JoinedSite:
         self._about: RoomAbout | None = None
         self._is_reached = False
         self._people: tuple[Person, ...] = ()
+        self._own_people: tuple[Person, ...] | None = None
         self._bodies: dict[str, bytes] = {}
         self._pictures: dict[str, bytes] = {}
         self._surfaces: frozenset[str] = frozenset()
@@ -153,7 +154,10 @@ class JoinedSite:
                 self._source.append(DRAWN, item_name(item), data=pack_item(item))
             except LogFullError as error:
                 self._say(f"site: {item_name(item)} is not sent: {error}")
-        self._tell(PEOPLE, pack_people(self._hub.people()))
+        own = self._hub.people()
+        if own != self._own_people:
+            self._tell(PEOPLE, pack_people(own))
+            self._own_people = own
         self._tell(BODIES, pack_bodies((p.person_id, b) for p, b in self._hub.bodies()))
         return bool(arrived.lines or arrived.surfaces)
 

@@ -104,6 +104,7 @@ class SharedRoom:
         self._pictures: dict[str, bytes] = {}
         self._slots: dict[str, int] = {}
         self._sent: dict[str, bytes] = {}
+        self._everybody: tuple[Person, ...] | None = None
         self._defects: set[str] = set()
         self._task = Task("shared room", self._run)
 
@@ -167,7 +168,7 @@ class SharedRoom:
             hub.meet(others)
         own = () if hub is None else hub.people()
         bodies = [] if hub is None else [(p.person_id, body) for p, body in hub.bodies()]
-        self._tell(PEOPLE, pack_people([*own, *(each.person for each in others)]))
+        self._tell_everybody((*own, *(each.person for each in others)))
         bodies += [(each.person.person_id, each.body) for each in others if each.body]
         self._tell(BODIES, pack_bodies(bodies))
         about = replace(self._about, people=len(own) + len(others))
@@ -182,6 +183,11 @@ class SharedRoom:
                 if said not in self._defects and len(self._defects) < MAX_PICTURES:
                     self._defects.add(said)
                     self._say(f"sites: {said}")
+
+    def _tell_everybody(self, people: tuple[Person, ...]) -> None:
+        if people != self._everybody:
+            self._tell(PEOPLE, pack_people(people))
+            self._everybody = people
 
     def _tell(self, channel: str, data: bytes) -> None:
         if data != self._sent.get(channel):
@@ -211,6 +217,8 @@ class SharedRoom:
     def _tell_pictures(self, state: SceneState) -> None:
         with self._lock:
             pictures, self._pictures = self._pictures, {}
+        if not pictures and self._slots.keys() <= state.surfaces.keys():
+            return
         for gone in self._slots.keys() - state.surfaces.keys():
             self._source.drop(f"{PICTURE}-{self._slots.pop(gone)}")
         free = iter(sorted(set(range(MAX_PICTURES)) - set(self._slots.values())))
