@@ -1,6 +1,7 @@
 """A router with the documentation's rules: whoever is not who they say is not heard."""
 
 import time
+from dataclasses import replace
 
 import pytest
 
@@ -97,6 +98,20 @@ def test_without_a_pass_of_this_building_nobody_is_let_in(zenoh_network, tmp_pat
     foreign = read_pass(admit(tmp_path / "other", Admitted(MemberRole.SITE, "north")))
     with pytest.raises(TransportError):
         zenoh_transport.ZenohTransport(zenoh_network.address, foreign)
+
+
+def test_a_router_of_another_building_is_not_trusted(zenoh_network, tmp_path, monkeypatch):
+    from devices.transport import zenoh_transport
+
+    monkeypatch.setattr(zenoh_transport, "OPEN_S", 1.0)
+    keep_building(tmp_path / "other", names=("127.0.0.1",))
+    other = read_pass(admit(tmp_path / "other", Admitted(MemberRole.SITE, "north")))
+    own = zenoh_network.pass_for("site", "north")
+    with pytest.raises(TransportError):
+        zenoh_transport.ZenohTransport(
+            zenoh_network.address, replace(own, root_base64=other.root_base64)
+        )
+    zenoh_transport.ZenohTransport(zenoh_network.address, own).close()
 
 
 def test_a_pass_whose_member_has_no_rule_is_worth_nothing(zenoh_network):
