@@ -35,6 +35,11 @@ def add_people_flags(parser: argparse.ArgumentParser) -> None:
         metavar="N",
         help="with --headless: so many simulated people join, and their delays are measured",
     )
+    people.add_argument(
+        "--scenario-people",
+        action="store_true",
+        help="with --headless and --scenario: its remote people are those who join",
+    )
     sites = parser.add_argument_group("sites on other machines")
     sites.add_argument(
         "--share",
