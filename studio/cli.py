@@ -99,6 +99,30 @@ VERBS = (
         "nexus simulate quest http://127.0.0.1:40123/ --code 123456 --seconds 60",
     ),
     Verb(
+        "sites router",
+        "studio.verbs.sites_router",
+        "run the router by which a building's rooms and sites reach each other",
+        "nexus sites router --listen 0.0.0.0:7447",
+    ),
+    Verb(
+        "sites admit",
+        "studio.verbs.sites_admit",
+        "make a pass by which the building's router knows a room, a site or a watcher",
+        "nexus sites admit room hall-3",
+    ),
+    Verb(
+        "sites list",
+        "studio.verbs.sites_list",
+        "list the rooms of a building that are live",
+        "nexus sites list 10.0.0.5 --pass watcher-lobby.pass",
+    ),
+    Verb(
+        "sites join",
+        "studio.verbs.sites_join",
+        "let people here into a live room on another machine",
+        "nexus sites join 10.0.0.5/hall-3 hall.gnx --pass site-north.pass --people-open",
+    ),
+    Verb(
         "track",
         "studio.verbs.track",
         "follow a scene's objects in recorded footage and write their poses",

@@ -77,4 +77,10 @@ VERBS = (
         "let many people into a session on loopback, then hostile ones: latency, memory, crashes",
         "nexus bench hub --clients 16 --json",
     ),
+    Verb(
+        "bench sites",
+        "benchmarks.verbs.bench_sites",
+        "measure rooms, sites and a router on loopback, and reckon a building of a thousand rooms",
+        "nexus bench sites --rooms 1 4 16 --json",
+    ),
 )

@@ -16,8 +16,9 @@ AWAY_NS = 30 * 10**9
 ARRIVING_NS = 120 * 10**9
 """Time between pairing and joining; chosen: the page's files have to come first."""
 
-MAX_INDEX = 0xFFFF
-"""Largest number of a person; a session of so many is over."""
+MAX_INDEX = 0x7FFF
+"""Largest number of a person; a session of so many is over. Larger ones are for people of other
+hubs."""
 
 BODIES_HZ, BODIES_BURST = 100.0, 100.0
 """Bodies that a person may send: a headset's 90 a second, and what a stalled network delivers

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import logging
 import ssl
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from dataclasses import replace
 from typing import Any
@@ -15,6 +15,7 @@ from aiohttp import web
 from devices.clock import Clock
 from devices.hub.connection import Connection
 from devices.hub.contract import Arrived, Asset, HubCounts, HubSettings, Invitation
+from devices.hub.elsewhere import Elsewhere
 from devices.hub.entry.certificates import (
     Certificates,
     host_names,
@@ -193,8 +194,19 @@ class Hub:
             bodies = self._session.shown(self._clock.now_ns())
         return replace(arrived, avatars=self._avatars.of(bodies))
 
+    def meet(self, others: Sequence[Elsewhere]) -> None:
+        """Show people who are in the session by other hubs: these, and nobody else of those."""
+        with self._session.lock:
+            self._session.meet(others, self._clock.now_ns())
+        self._call_soon(self._wake_for_bodies)
+
+    def bodies(self) -> list[tuple[Person, bytes]]:
+        """Return this hub's own people who show a body, and the newest of each."""
+        with self._session.lock:
+            return self._session.shown(self._clock.now_ns())
+
     def people(self) -> tuple[Person, ...]:
-        """Return who is here, and who may come back."""
+        """Return who is here by this hub, and who may come back."""
         with self._session.lock:
             return self._session.people(self._clock.now_ns())
 
@@ -335,6 +347,11 @@ class Hub:
     def _wake_all(self) -> None:
         for connection in self._connections:
             connection.wake()
+
+    def _wake_for_bodies(self) -> None:
+        now_ns = self._clock.now_ns()
+        for connection in self._connections:
+            connection.wake_for_bodies(now_ns)
 
     def _call_soon(self, call: Callable[[], None]) -> None:
         loop = self._loop

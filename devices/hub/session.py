@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import threading
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -24,6 +24,7 @@ from devices.hub.channels import (
     to_text,
 )
 from devices.hub.contract import Arrived
+from devices.hub.elsewhere import Elsewhere, Others
 from devices.hub.entry.pairing import PairingCodes, PairingRefused
 from devices.hub.entry.rates import Bucket
 from devices.hub.entry.tokens import Tokens
@@ -82,6 +83,7 @@ class Session:
         self.sent, self.refused = Sent(), Counter[str]()
         self._say = say
         self._attendance, self._board, self._inbox = Attendance(), Board(), Inbox()
+        self._others = Others()
         self._door = Admission(self._attendance, codes, tokens, max_people)
         self._state = SceneState()
         self._lines_of_refusals = Bucket(SAY_HZ, SAY_BURST, now_ns=now_ns)
@@ -223,6 +225,11 @@ class Session:
         """Return who is here, and who may come back."""
         return tuple(guest.person for guest in self._attendance.listed(now_ns))
 
+    def meet(self, others: Iterable[Elsewhere], now_ns: int) -> None:
+        """Show people of other hubs: these, and nobody else."""
+        if self._others.take(others, self.bodies):
+            self._tell_people(now_ns)
+
     def take(self) -> Arrived:
         """Return what people have sent since the last call, without their bodies."""
         return self._inbox.take()
@@ -353,7 +360,7 @@ class Session:
                 "muted": person.is_muted,
                 "pen": bool(_rights(person)),
             }
-            for person in self.people(now_ns)
+            for person in (*self.people(now_ns), *self._others.people())
         ]
 
     def _find(self, person_id: str) -> Guest:

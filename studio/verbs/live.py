@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scenes.workers.task import Task
+from studio.verbs.people_flags import add_people_flags, hosting_of, sharing_of
 from studio.verbs.result_flags import add_result_flags, check_free, next_free
 
 if TYPE_CHECKING:
@@ -23,9 +24,9 @@ if TYPE_CHECKING:
     from studio.console.rows import Row
     from studio.live.live import LiveSession
     from studio.live.people.crowd import Crowd
-    from studio.live.people.hosting import Hosting
     from studio.live.rehearsed import RehearsedLive
     from studio.live.setup import LiveSetup
+    from studio.live.sites.shared_room import SharedRoom
     from studio.live.status import LiveResult
     from studio.session.preflight import Check
     from studio.session.session import SessionOutput
@@ -65,33 +66,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seconds", type=float, metavar="N", help="end after so long live")
     parser.add_argument("--headless", action="store_true", help="without a window")
     parser.add_argument("--no-record", action="store_true", help="leave no recording")
-    people = parser.add_argument_group("people who join from a headset or a browser")
-    people.add_argument(
-        "--people",
-        type=int,
-        nargs="?",
-        const=0,
-        metavar="PORT",
-        help="let them join, from this computer alone (any free port)",
-    )
-    people.add_argument(
-        "--people-open", action="store_true", help="let the network reach them, over TLS"
-    )
-    people.add_argument(
-        "--invite", type=int, default=1, metavar="N", help="codes that are made at the start (1)"
-    )
-    people.add_argument(
-        "--clients",
-        type=int,
-        default=0,
-        metavar="N",
-        help="with --headless: so many simulated people join, and their delays are measured",
-    )
-    people.add_argument(
-        "--scenario-people",
-        action="store_true",
-        help="with --headless and --scenario: its remote people are those who join",
-    )
+    add_people_flags(parser)
     add_result_flags(parser, DEFAULT_OUT)
     parser.add_argument("--json", action="store_true", help="print the figures as JSON")
 
@@ -124,6 +99,7 @@ def run(args: argparse.Namespace) -> int:
             seconds=args.seconds,
             records=not args.no_record,
             hosting=hosting,
+            sharing=sharing_of(args),
         )
         return live_in_window(plan)
     if no_window:
@@ -192,7 +168,7 @@ def _headless(args: argparse.Namespace) -> int:
             renderer=renderer,
             locate=RoomLocator(scene, renderer),
             record_to=None if args.no_record else recording_in(out),
-            people=hub,
+            people=_shared(args, scene, hub, clock=clock, stack=stack) or hub,
         )
         crowd = _crowd(args, session, hub=hub, stack=stack, clock=clock, tokens=tokens)
         rehearsed = _rehearsed(args, session, stack=stack, crowd=crowd)
@@ -252,28 +228,6 @@ def _print_figures(
     return exit_code(rows)
 
 
-def hosting_of(args: argparse.Namespace) -> Hosting | None:
-    """Return where people join, as the flags ask for; None where they do not.
-
-    Raises:
-        ValueError: a number is out of range.
-    """
-    from studio.live.people.hosting import Hosting
-
-    if args.people is None and not args.people_open:
-        if not args.clients:
-            return None
-        invitations = 0
-    else:
-        invitations = args.invite
-    return Hosting(
-        args.people or 0,
-        args.people_open,
-        invitations,
-        max_people=Hosting().max_people + args.clients,
-    )
-
-
 def _hub(
     args: argparse.Namespace,
     scene: ScenePackage,
@@ -290,6 +244,33 @@ def _hub(
         return None
     # What the hub says is in the session's report, and who is here on the status line.
     return stack.enter_context(hosted(hosting, scene, clock=clock, say=_drop, tokens=tokens))
+
+
+def _shared(
+    args: argparse.Namespace,
+    scene: ScenePackage,
+    hub: Hub | None,
+    *,
+    clock: Clock,
+    stack: ExitStack,
+) -> SharedRoom | None:
+    """Share the session until the stack is left."""
+    from studio.live.sites.sharing import shared
+
+    sharing = sharing_of(args)
+    if sharing is None:
+        return None
+    return stack.enter_context(
+        shared(
+            sharing,
+            scene,
+            scene_name=args.scene,
+            inner=hub,
+            hub=lambda: hub,
+            clock=clock,
+            say=_say,
+        )
+    )
 
 
 def _crowd(

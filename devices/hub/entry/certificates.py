@@ -27,6 +27,9 @@ ROOT_LIFE = timedelta(days=3650)
 LEAF_LIFE = timedelta(days=90)
 """Life of the leaf; chosen: short, as it renews itself."""
 
+CLIENT_LIFE = timedelta(days=365)
+"""Life of a machine's certificate by which it is let in, a year; it is made anew by hand."""
+
 RENEW_BEFORE = timedelta(days=30)
 """Rest of a leaf's life at which it is made anew."""
 
@@ -97,6 +100,28 @@ def keep_certificates(
     )
 
 
+def issue_client(folder: Path, *, common_name: str, now: datetime | None = None) -> bytes:
+    """Return a new key and certificate, in PEM, for a machine that connects to another.
+
+    Args:
+        folder: of the root that signs it, as `keep_certificates` made it.
+        common_name: by which it is known.
+        now: time of day; None for the computer's.
+
+    Raises:
+        CertificateError: there is no root.
+    """
+    moment = datetime.now(UTC) if now is None else now
+    root = _read(folder / ROOT_FILE)
+    if root is None:
+        raise CertificateError(f"certificates in {folder}: no {ROOT_FILE}; make one first")
+    key = ec.generate_private_key(ec.SECP256R1())
+    client = x509.ExtendedKeyUsage([ExtendedKeyUsageOID.CLIENT_AUTH])
+    unsigned = _signed_by(root, key, common_name=common_name, lasts=CLIENT_LIFE, now=moment)
+    certificate = unsigned.add_extension(client, critical=False).sign(root.key, hashes.SHA256())
+    return b"".join(_pem(_Pair(key, certificate)))
+
+
 def lan_addresses() -> tuple[str, ...]:
     """Return this machine's own addresses, the one towards the network first; nothing is sent."""
     found: list[str] = []
@@ -140,24 +165,38 @@ def _new_root(now: datetime) -> _Pair:
 
 def _new_leaf(root: _Pair, names: Sequence[str], *, now: datetime) -> _Pair:
     key = ec.generate_private_key(ec.SECP256R1())
-    authority = x509.AuthorityKeyIdentifier.from_issuer_public_key(root.key.public_key())
     server = x509.ExtendedKeyUsage([ExtendedKeyUsageOID.SERVER_AUTH])
     certificate = (
+        _signed_by(root, key, common_name="GaussianNexus Studio", lasts=LEAF_LIFE, now=now)
+        .add_extension(server, critical=False)
+        .add_extension(x509.SubjectAlternativeName(_alternatives(names)), critical=False)
+        .sign(root.key, hashes.SHA256())
+    )
+    return _Pair(key, certificate)
+
+
+def _signed_by(
+    root: _Pair,
+    key: ec.EllipticCurvePrivateKey,
+    *,
+    common_name: str,
+    lasts: timedelta,
+    now: datetime,
+) -> x509.CertificateBuilder:
+    """Return a certificate of a root, still to be signed."""
+    authority = x509.AuthorityKeyIdentifier.from_issuer_public_key(root.key.public_key())
+    return (
         x509.CertificateBuilder()
-        .subject_name(_name("GaussianNexus Studio"))
+        .subject_name(_name(common_name))
         .issuer_name(root.certificate.subject)
         .public_key(key.public_key())
         .serial_number(x509.random_serial_number())
         .not_valid_before(now - CLOCK_SLACK)
-        .not_valid_after(now + LEAF_LIFE)
+        .not_valid_after(now + lasts)
         .add_extension(x509.BasicConstraints(ca=False, path_length=None), critical=True)
         .add_extension(_usage(is_root=False), critical=True)
-        .add_extension(server, critical=False)
-        .add_extension(x509.SubjectAlternativeName(_alternatives(names)), critical=False)
         .add_extension(authority, critical=False)
-        .sign(root.key, hashes.SHA256())
     )
-    return _Pair(key, certificate)
 
 
 def _usage(*, is_root: bool) -> x509.KeyUsage:
@@ -207,13 +246,17 @@ def _is_good(leaf: _Pair, root: _Pair, *, names: Sequence[str], now: datetime) -
 
 
 def _write(path: Path, pair: _Pair) -> None:
+    write_whole(path, _pem(pair), is_private=True)
+
+
+def _pem(pair: _Pair) -> list[bytes]:
+    """Return key and certificate as they are kept."""
     key = pair.key.private_bytes(
         serialization.Encoding.PEM,
         serialization.PrivateFormat.PKCS8,
         serialization.NoEncryption(),
     )
-    certificate = pair.certificate.public_bytes(serialization.Encoding.PEM)
-    write_whole(path, [key, certificate], is_private=True)
+    return [key, pair.certificate.public_bytes(serialization.Encoding.PEM)]
 
 
 def _read(path: Path) -> _Pair | None:

@@ -16,14 +16,17 @@ from studio.app.model.jobs.scene_job import SceneJob
 from tracking.options import TrackerOptions
 
 if TYPE_CHECKING:  # what a session needs takes a second to import: not before the window is shown
+    from devices.clock import Clock
     from devices.hub.server import Hub
     from scenes.package import ScenePackage
     from scenes.state import LiveSurface
     from studio.live.live import LiveSession
     from studio.live.people.doors import Doors
+    from studio.live.people.entering import People
     from studio.live.people.hosting import Hosting
     from studio.live.rehearsed import RehearsedLive
     from studio.live.setup import LiveSetup
+    from studio.live.sites.sharing import Sharing
     from studio.live.status import LiveResult
     from studio.session.preflight import Check
     from studio.session.session import SessionOutput
@@ -50,6 +53,7 @@ class LivePlan:
         seconds: it goes live by itself and ends after so long; None until somebody ends it.
         records: whether it leaves a recording.
         hosting: how people join; None where they cannot.
+        sharing: with which sites it is shared; None for none.
     """
 
     scene: str
@@ -61,6 +65,7 @@ class LivePlan:
     seconds: float | None = None
     records: bool = True
     hosting: Hosting | None = None
+    sharing: Sharing | None = None
 
 
 class LiveJob(SceneJob):
@@ -212,7 +217,7 @@ class LiveJob(SceneJob):
             locate=RoomLocator(scene, renderer),
             record_to=recording_in(plan.out) if plan.records else None,
             asks=True,
-            people=doors,
+            people=self._shared(scene, doors, clock=clock, stack=stack),
         )
         if self._options != live.options:
             live.adjust_tracker(self._options)
@@ -222,6 +227,27 @@ class LiveJob(SceneJob):
         if self._cancelled.is_set():
             live.end()
         return live
+
+    def _shared(
+        self, scene: ScenePackage, doors: Doors, *, clock: Clock, stack: ExitStack
+    ) -> People:
+        """Return all people: those at the doors and, where the session is shared, at sites."""
+        sharing = self.plan.sharing
+        if sharing is None:
+            return doors
+        from studio.live.sites.sharing import shared
+
+        return stack.enter_context(
+            shared(
+                sharing,
+                scene,
+                scene_name=self.plan.scene,
+                inner=doors,
+                hub=lambda: doors.hub,
+                clock=clock,
+                say=self.lines.put,
+            )
+        )
 
     def _finish(self, result: LiveResult) -> None:
         """The report, and the last words."""

@@ -1,0 +1,233 @@
+"""A live session that sites join: its state and people go out, what sites send comes in."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Protocol, TypeVar
+
+import numpy as np
+
+from devices.clock import Clock
+from devices.hub.contract import Arrived
+from devices.hub.elsewhere import Elsewhere
+from devices.hub.roles import Person
+from devices.sites.about import RoomAbout
+from devices.sites.channels import (
+    BODIES,
+    DRAWN,
+    MAX_PICTURES,
+    OBJECTS,
+    PEOPLE,
+    PICTURE,
+    SITE_LIMITS,
+)
+from devices.sites.drawn import item_name, pack_item
+from devices.sites.objects import pack_objects
+from devices.sites.people import pack_bodies, pack_people
+from devices.sites.pictures import pack_picture
+from devices.transport.follower import Follower
+from devices.transport.keys import ANY, Member, MemberRole, room
+from devices.transport.source import LogFullError, Source
+from devices.transport.transport import Transport
+from scenes.state import Annotation, LiveSurface, SceneState
+from scenes.workers.task import Task
+from studio.live.people.entering import People
+from studio.live.sites.site_people import SitePeople
+
+T = TypeVar("T", Annotation, LiveSurface)
+
+TICK_S = 1.0 / 90.0
+"""Time between two looks at what is new, chosen: a headset's picture."""
+
+END_S = 2.0
+"""Longest wait for the thread at the end, seconds."""
+
+
+class LocalHub(Protocol):
+    """Part of a hub that a shared room needs."""
+
+    def bodies(self) -> list[tuple[Person, bytes]]:
+        """Return its own people who show a body, and the newest of each."""
+        ...
+
+    def people(self) -> tuple[Person, ...]:
+        """Return its own people."""
+        ...
+
+    def meet(self, others: list[Elsewhere]) -> None:
+        """Show people of sites."""
+        ...
+
+
+class SharedRoom:
+    """People of a session, wherever they join: stands for its hub. Any thread.
+
+    Args:
+        transport: the way to the sites.
+        name: of the room.
+        about: what is said of it.
+        inner: the session's own people; None where nobody can join here.
+        hub: returns the hub of the moment; None while nobody can join here.
+        clock: session time.
+        epoch: time of day in nanoseconds.
+        say: takes a line for the log.
+    """
+
+    def __init__(
+        self,
+        transport: Transport,
+        name: str,
+        *,
+        about: RoomAbout,
+        inner: People | None,
+        hub: Callable[[], LocalHub | None],
+        clock: Clock,
+        epoch: int,
+        say: Callable[[str], None],
+    ) -> None:
+        self.name = name
+        self._about, self._inner, self._hub = about, inner, hub
+        self._clock, self._say = clock, say
+        self._source = Source(transport, room(name), logs=(DRAWN,), epoch=epoch)
+        self._follower = Follower(
+            transport,
+            Member(name, MemberRole.SITE, ANY),
+            limits=SITE_LIMITS,
+            logs=(DRAWN,),
+            clock=clock,
+        )
+        self._lock = threading.Lock()
+        self._people = SitePeople()
+        self._newest = self._told = SceneState()
+        self._pictures: dict[str, bytes] = {}
+        self._slots: dict[str, int] = {}
+        self._sent: dict[str, bytes] = {}
+        self._everybody: tuple[Person, ...] | None = None
+        self._defects: set[str] = set()
+        self._task = Task("shared room", self._run)
+
+    def start(self) -> None:
+        """Begin to share."""
+        self._task.start()
+
+    def close(self) -> None:
+        """Share no more; sites notice it after two seconds."""
+        self._task.cancel()
+        self._task.join(END_S)
+        self._follower.close()
+        self._source.close()
+
+    def publish(self, state: SceneState) -> None:
+        """Send what has changed to everybody; returns at once."""
+        self._newest = state
+        if self._inner is not None:
+            self._inner.publish(state)
+
+    def show(self, surface_id: str, jpeg: bytes) -> None:
+        """Send what a live surface shows to everybody; returns at once."""
+        with self._lock:
+            self._pictures[surface_id] = jpeg
+        if self._inner is not None:
+            self._inner.show(surface_id, jpeg)
+
+    def take(self) -> Arrived:
+        """Return what people have sent since the last call, here and at the sites."""
+        own = Arrived() if self._inner is None else self._inner.take()
+        with self._lock:
+            lines, surfaces, events = self._people.changes()
+            avatars = self._people.avatars()
+        return Arrived(
+            (*own.avatars, *avatars),
+            (*own.lines, *lines),
+            (*own.surfaces, *surfaces),
+            (*own.events, *events),
+        )
+
+    def sites(self) -> tuple[str, ...]:
+        """Return sites that have people here."""
+        with self._lock:
+            return self._people.names()
+
+    def turn(self) -> None:
+        """Look once at what is new, both ways."""
+        state = self._newest
+        if state.objects is not self._told.objects:
+            self._source.set(OBJECTS, pack_objects(state.objects.values(), state.t_ns))
+        self._tell_changes(self._told.annotations, state.annotations)
+        self._tell_changes(self._told.surfaces, state.surfaces)
+        self._told = state
+        self._tell_pictures(state)
+        hub = self._hub()
+        with self._lock:
+            for news in self._follower.take():
+                self._people.take(news)
+            others = self._people.everybody()
+        if hub is not None:
+            hub.meet(others)
+        own = () if hub is None else hub.people()
+        bodies = [] if hub is None else [(p.person_id, body) for p, body in hub.bodies()]
+        self._tell_everybody((*own, *(each.person for each in others)))
+        bodies += [(each.person.person_id, each.body) for each in others if each.body]
+        self._tell(BODIES, pack_bodies(bodies))
+        about = replace(self._about, people=len(own) + len(others))
+        self._source.beat(self._clock.now_ns(), about.fields())
+
+    def _run(self, task: Task[None]) -> None:
+        while not task.pause(TICK_S):
+            try:
+                self.turn()
+            except Exception as error:  # noqa: BLE001 - a defect, said once; the session goes on
+                said = f"{type(error).__name__}: {error}"
+                if said not in self._defects and len(self._defects) < MAX_PICTURES:
+                    self._defects.add(said)
+                    self._say(f"sites: {said}")
+
+    def _tell_everybody(self, people: tuple[Person, ...]) -> None:
+        if people != self._everybody:
+            self._tell(PEOPLE, pack_people(people))
+            self._everybody = people
+
+    def _tell(self, channel: str, data: bytes) -> None:
+        if data != self._sent.get(channel):
+            self._source.set(channel, data)
+            self._sent[channel] = data
+
+    def _tell_changes(self, before: Mapping[str, T], now: Mapping[str, T]) -> None:
+        if now is before:
+            return
+        for key, item in now.items():
+            if before.get(key) is not item:
+                self._append(item)
+        for key in before.keys() - now.keys():
+            gone = before[key]
+            nothing = np.zeros((0, 3))
+            if isinstance(gone, Annotation):
+                self._append(replace(gone, points_in_world=nothing))
+            else:
+                self._append(replace(gone, corners_in_world=nothing))
+
+    def _append(self, item: Annotation | LiveSurface) -> None:
+        try:
+            self._source.append(DRAWN, item_name(item), data=pack_item(item))
+        except LogFullError as error:
+            self._say(f"sites: {item_name(item)} is not shared: {error}")
+
+    def _tell_pictures(self, state: SceneState) -> None:
+        with self._lock:
+            pictures, self._pictures = self._pictures, {}
+        if not pictures and self._slots.keys() <= state.surfaces.keys():
+            return
+        for gone in self._slots.keys() - state.surfaces.keys():
+            self._source.drop(f"{PICTURE}-{self._slots.pop(gone)}")
+        free = iter(sorted(set(range(MAX_PICTURES)) - set(self._slots.values())))
+        for surface_id, jpeg in pictures.items():
+            if surface_id not in state.surfaces:
+                continue
+            slot = self._slots.get(surface_id)
+            if slot is None:
+                slot = next(free, None)
+            if slot is not None:
+                self._slots[surface_id] = slot
+                self._source.set(f"{PICTURE}-{slot}", pack_picture(surface_id, jpeg))
