@@ -11,6 +11,13 @@ from mcap.writer import IndexType, Writer
 from devices import recording
 from devices.clock import ManualClock
 from devices.messages import EncodedFrame, Event
+from devices.recorded.index import is_whole
+from devices.recorded.people import (
+    RecordedAnnotation,
+    RecordedAvatar,
+    RecordedAvatarGone,
+    RecordedSurface,
+)
 from devices.recording import (
     Recorder,
     RecordingError,
@@ -18,17 +25,7 @@ from devices.recording import (
     read_recording,
     read_session,
 )
-from devices.recording_codec import (
-    FrameStamp,
-    RecordedAnnotation,
-    RecordedAvatar,
-    RecordedAvatarGone,
-    RecordedSurface,
-    RecordedTrack,
-    RecordedTruth,
-    encode_message,
-)
-from devices.recording_index import is_whole
+from devices.recording_codec import FrameStamp, RecordedTrack, RecordedTruth, encode_message
 from devices.replay import ReplayCamera
 from devices.session_info import (
     ForkOrigin,

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import asyncio
 
+from devices.recorded.people import RecordedAnnotation, RecordedAvatar
 from devices.recording import read_recording, read_session
-from devices.recording_codec import RecordedAnnotation, RecordedAvatar
 from scenes.workers.task import Task
 from sim.headset.connection import HubAddress
 from sim.headset.crowd import CrowdPlan, run_crowd
