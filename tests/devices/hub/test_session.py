@@ -394,7 +394,7 @@ def test_one_person_has_the_pen_until_it_is_everybodys_again(room):
 
 def test_the_pen_of_who_goes_is_everybodys(room):
     guest, outbox, _ = room.join()
-    ben, his, _ = room.join("Ben")
+    _ben, his, _ = room.join("Ben")
     room.session.give_pen("p1", 0)
     room.session.change("p1", 0, role=Role.SPECTATOR)
     assert told_rights(room, his)

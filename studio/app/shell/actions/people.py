@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from PySide6.QtGui import QGuiApplication
 
 from studio.app.model.actions import Action, Choice
 from studio.app.model.runs.guests import ROLES, DoorState, Guests
 from studio.app.model.workbench import Workbench
+
+if TYPE_CHECKING:  # the hub takes a second to import: not before somebody is let in
+    from devices.hub.roles import Person
 
 
 class GuestActions:
@@ -98,6 +103,16 @@ class GuestActions:
                 choices=lambda: self._each(muted=True),
             ),
             Action(
+                "people.give_pen",
+                "Give one person the pen",
+                "Live",
+                lambda person="": guests.give_pen(person),
+                "they alone may draw and put things; again, or nobody: everybody may",
+                arguments=("person",),
+                available=lambda: guests.is_open,
+                choices=lambda: self._each(pen=True),
+            ),
+            Action(
                 "people.remove",
                 "Send a person away",
                 "Live",
@@ -122,14 +137,17 @@ class GuestActions:
                 "Undo the last change of a person",
                 "Live",
                 guests.undo,
-                "of a role, or of who is muted",
+                "of a role, of who is muted, or of the pen",
                 available=lambda: bool(guests.undoes),
             ),
         )
 
-    def _each(self, *, muted: bool = False) -> list[Choice]:
+    def _each(self, *, muted: bool = False, pen: bool = False) -> list[Choice]:
+        def is_on(each: Person) -> bool | None:
+            return each.is_muted if muted else each.has_pen if pen else None
+
         return [
-            Choice(each.name, {"person": each.person_id}, is_on=each.is_muted if muted else None)
+            Choice(each.name, {"person": each.person_id}, is_on=is_on(each))
             for each in self._guests.people()
         ]
 

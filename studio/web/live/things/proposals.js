@@ -8,7 +8,7 @@ import { standsThere } from "live/things/poses.js";
 const OPACITY = 0.5;
 const MET_OPACITY = 0.8; // before the object itself
 const LARGER = 1.03; // than the object, which then stands in it
-const TINT = 0.65; // share of the colour that says whether it is met
+const [TINT, MET_TINT] = [0.6, 0.85]; // share of the colour that says whether it is met
 const MET = [0.3, 0.86, 0.55];
 const OPEN = [0.95, 0.75, 0.25];
 const EDGE_M = 0.012;
@@ -75,7 +75,8 @@ export class Proposals {
     splats.raycastable = false;
     splats.scale.setScalar(LARGER);
     const tint = dyno.dynoVec3(new THREE.Vector3());
-    splats.objectModifier = tinted(tint);
+    const share = dyno.dynoFloat(TINT);
+    splats.objectModifier = tinted(tint, share);
     splats.updateGenerator();
     const [x, y, z] = item.box_m ?? [item.radius_m, item.radius_m, 2 * item.middle_m];
     const solid = new THREE.Mesh(new THREE.BoxGeometry(x, z, y).translate(0, z / 2, 0));
@@ -85,20 +86,21 @@ export class Proposals {
     this.room.upright.add(group);
     const [a, b] = [x / 2, y / 2];
     const around = [[-a, -b], [a, -b], [a, b], [-a, b], [-a, -b]].flatMap(([u, v]) => [u, 0.01, v]);
-    const copy = { item, body, group, splats, tint, solid, edge, around, fields: null, isMet: null };
+    const copy = { item, body, group, splats, tint, share, solid, edge, around, fields: null, isMet: null };
     this.copies.set(key, copy);
     return copy;
   }
 
   /** Colours a copy; whether that has changed. */
   #judge(copy) {
-    const { body, fields, splats, tint, edge, around } = copy;
+    const { body, fields, splats, tint, share, edge, around } = copy;
     const isMet = body.pose !== undefined
       && standsThere(body.pose, fields.pose, body.item.symmetry ?? 1);
     if (isMet === copy.isMet) return false;
     copy.isMet = isMet;
     const colour = isMet ? MET : OPEN;
     tint.value.fromArray(colour);
+    share.value = isMet ? MET_TINT : TINT;
     splats.opacity = isMet ? MET_OPACITY : OPACITY;
     splats.updateVersion();
     edge.show(around, colour);
@@ -115,10 +117,10 @@ export class Proposals {
 }
 
 /** Splats of an object in one colour, of which the object's own shading stays to be seen. */
-function tinted(colour) {
+function tinted(colour, share) {
   return dyno.dynoBlock({ gsplat: dyno.Gsplat }, { gsplat: dyno.Gsplat }, ({ gsplat }) => {
     const { rgb } = dyno.splitGsplat(gsplat).outputs;
-    const mixed = dyno.mix(rgb, colour, dyno.dynoConst("float", TINT));
+    const mixed = dyno.mix(rgb, colour, share);
     return { gsplat: dyno.combineGsplat({ gsplat, rgb: mixed }) };
   });
 }
