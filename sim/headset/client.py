@@ -21,6 +21,7 @@ from sim.headset.connection import (
     fetch_page,
     pair,
 )
+from sim.headset.doings import doings
 from sim.headset.faults import HeadsetFault, HeadsetState, headset_state
 from sim.headset.moves import Moves
 from sim.headset.room_download import RoomDownload
@@ -45,7 +46,7 @@ PING_S = 1.0
 """Time between two pings, of which the fastest gives the hub's clock."""
 
 DRAW_EVERY_S, DRAW_S, DRAW_HZ = 10.0, 2.0, 10.0
-"""Time between two lines of a person, how long one grows, and how often it is sent meanwhile."""
+"""Time between two doings of a person, how long one takes, and how often it is sent meanwhile."""
 
 DECODED_EVERY = 100
 """One in so many bodies that come is read in full, chosen: a defect shows within a second."""
@@ -67,7 +68,7 @@ class ClientPlan:
         moves: of the body.
         rate_hz: bodies a second.
         faults: between the person and the hub.
-        draws: whether they draw lines.
+        draws: whether they draw, put, propose and carry things.
     """
 
     address: HubAddress
@@ -257,22 +258,25 @@ class HeadsetClient:
             await asyncio.sleep(PING_S)
 
     async def _draw(self, connection: HubConnection) -> str:
-        """Draw a line now and then, and erase the one before."""
-        if not self._plan.draws or "line" not in connection.welcome["rights"]:
-            await asyncio.Event().wait()
-        number = 0
-        while True:
+        """Draw, put, propose or carry something now and then, and take away what was before."""
+        welcome, seed = connection.welcome, self._plan.moves.seed
+        rights = welcome["rights"] if self._plan.draws else ()
+        number, last = 0, None
+        for doing in doings(rights, sorted(welcome["state"]["objects"]), seed=seed):
             await asyncio.sleep((DRAW_EVERY_S - DRAW_S) * (0.5 + float(self._random.random())))
-            points: list[list[float]] = []
-            for _ in range(round(DRAW_S * DRAW_HZ)):
+            if last is not None:
+                number += 1
+                await connection.send({"kind": "do", "id": number, **last.end()})
+            for _ in range(max(2, round(DRAW_S * DRAW_HZ))):
                 await asyncio.sleep(1.0 / DRAW_HZ)
                 if self._faults().shows_body:
                     t_s = (self._now_ns() - self._joined_ns) / 1e9
-                    points.append(np.round(self._plan.moves.pen(t_s), 4).tolist())
-                    await connection.send(_line(number % 2, points))
-            number += 1
-            if self._faults().shows_body:
-                await connection.send(_line(number % 2, []))
+                    number += 1
+                    message = doing.step(self._plan.moves.pen(t_s))
+                    await connection.send({"kind": "do", "id": number, **message})
+            last = doing
+        await asyncio.Event().wait()  # somebody who may do nothing looks on
+        return ""
 
     async def _listen(self, connection: HubConnection) -> str:
         """Take what comes; return the hub's goodbye, empty where there is none."""
@@ -348,14 +352,3 @@ def _place(seq: int, count: int) -> int:
     """Return the place of a body in a film that is played forward and backward."""
     at = seq % (2 * count - 2)
     return min(at, 2 * count - 2 - at)
-
-
-def _line(number: int, points: list[list[float]]) -> dict[str, Any]:
-    return {
-        "kind": "do",
-        "id": number,
-        "op": "line",
-        "line": f"line-{number}",
-        "points": points,
-        "colour": [0.2, 0.6, 1.0],
-    }

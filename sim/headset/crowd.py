@@ -33,7 +33,7 @@ class CrowdPlan:
         seed: of their moves, and of chance.
         rate_hz: bodies a second of each.
         faults: of each.
-        draws: whether they draw lines.
+        draws: whether they draw, put, propose and carry things.
 
     Raises:
         ValueError: a number is out of range.
