@@ -22,6 +22,10 @@ PICTURE_M = (0.5, 0.3)
 CARRIED_M = 0.6
 """How far its picture is carried from it, metres."""
 
+PROPOSES_EVERY, PICTURES_EVERY = 4, 16
+"""One in so many people proposes, and makes surfaces live, chosen: a room takes 16 of each, and a
+surface some 5 ms of every frame."""
+
 COLOUR = (0.2, 0.6, 1.0)
 """Of what is drawn and put."""
 
@@ -140,8 +144,10 @@ def doings(rights: Sequence[str], objects: Sequence[str], *, seed: int) -> Itera
         seed: which doing comes first, and which object is proposed.
     """
     kinds = [kind for kind in ("line", "primitive", "propose", "surface") if kind in rights]
-    if not objects:
+    if not objects or seed % PROPOSES_EVERY:
         kinds = [kind for kind in kinds if kind != "propose"]
+    if seed % PICTURES_EVERY:
+        kinds = [kind for kind in kinds if kind != "surface"]
     if "undo" not in rights:
         kinds = [kind for kind in kinds if kind != "primitive"]
     first = seed % max(len(kinds), 1)
