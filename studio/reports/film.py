@@ -208,9 +208,11 @@ class FilmMaker:
     def _things(self, frame: FilmFrame) -> list[PosedSplats]:
         """Return what people have put into the room, as splats."""
         poses = _poses(frame.tracks)
-        met = met_proposals(frame.proposals, poses, self._models, symmetry_of_kind=SYMMETRY_OF_KIND)
+        met = met_proposals(
+            frame.proposals, poses, models=self._models, symmetry_of_kind=SYMMETRY_OF_KIND
+        )
         return [
-            *proposed_splats(frame.proposals, self._models, met),
+            *proposed_splats(frame.proposals, self._models, met=met),
             *(primitive_splats(item) for item in frame.primitives),
         ]
 

@@ -41,8 +41,8 @@ Array = NDArray[np.float64]
 def met_proposals(
     proposals: Iterable[Proposal],
     poses: Mapping[str, Pose],
-    models: Mapping[str, ObjectModel],
     *,
+    models: Mapping[str, ObjectModel],
     symmetry_of_kind: Mapping[str, int],
 ) -> frozenset[str]:
     """Return ids of proposals whose objects stand as proposed.
@@ -65,7 +65,7 @@ def met_proposals(
 
 
 def proposed_splats(
-    proposals: Iterable[Proposal], models: Mapping[str, ObjectModel], met: frozenset[str]
+    proposals: Iterable[Proposal], models: Mapping[str, ObjectModel], *, met: frozenset[str]
 ) -> list[PosedSplats]:
     """Return tinted copies of objects where they should go."""
     return [
@@ -80,7 +80,7 @@ def proposed_splats(
 def primitive_splats(primitive: SharedPrimitive) -> PosedSplats:
     """Return a primitive covered with flat discs of its colour."""
     assert primitive.shape is not None
-    cloud = _covered(primitive.shape, primitive.size_m, primitive.colour)
+    cloud = _covered(primitive.shape, primitive.size_m, colour=primitive.colour)
     return PosedSplats(cloud, primitive.world_from_primitive)
 
 
@@ -99,7 +99,7 @@ def _copy(cloud: SplatCloud, is_met: bool) -> SplatCloud:
 
 @lru_cache(maxsize=64)
 def _covered(
-    shape: PrimitiveShape, size_m: tuple[float, float, float], colour: tuple[float, float, float]
+    shape: PrimitiveShape, size_m: tuple[float, float, float], *, colour: tuple[float, float, float]
 ) -> SplatCloud:
     points, normals = _surface(shape, np.array(size_m))
     x, y, z = size_m

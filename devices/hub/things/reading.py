@@ -1,4 +1,4 @@
-"""What a person asks for: each field of an operation read and checked."""
+"""Operations that people ask for: each field read and checked."""
 
 from __future__ import annotations
 

@@ -97,13 +97,15 @@ def items_of(
         items += [_added_item(document, scanned, key) for key in table]
     known = {item.item_id for item in items}
     items += [
-        item for item in _items_of_session(scene, document, state) if item.item_id not in known
+        item
+        for item in _items_of_session(state, scene=scene, document=document)
+        if item.item_id not in known
     ]
     return tuple(items)
 
 
 def _items_of_session(
-    scene: ScenePackage | None, document: Document, state: SceneState
+    state: SceneState, *, scene: ScenePackage | None, document: Document
 ) -> Iterator[TwinItem]:
     """Yield people, and what they have put into the room."""
 

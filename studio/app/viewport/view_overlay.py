@@ -128,7 +128,7 @@ class Overlay:
         labels = self._objects(state, document, scene)
         if people:
             labels += self._people(state, document, scene)
-        labels += self._proposals(state, document, scene)
+        labels += self._proposals(state, document=document, scene=scene)
         metrics = self._painter.fontMetrics()
         wanted: list[Wanted] = []
         for label in labels:
@@ -173,12 +173,12 @@ class Overlay:
         return found
 
     def _proposals(
-        self, state: SceneState, document: Document, scene: ScenePackage | None
+        self, state: SceneState, *, document: Document, scene: ScenePackage | None
     ) -> list[_Label]:
         models = {} if scene is None else {item.object_id: item for item in scene.objects}
         poses = {key: track.world_from_object for key, track in state.objects.items()}
         proposals = state.proposals.values()
-        met = met_proposals(proposals, poses, models, symmetry_of_kind=SYMMETRY_OF_KIND)
+        met = met_proposals(proposals, poses, models=models, symmetry_of_kind=SYMMETRY_OF_KIND)
         found: list[_Label] = []
         for each in proposals:
             who = each.user_name or shown_name(each.user_id, document, scene, people=state.avatars)

@@ -50,13 +50,13 @@ class DeskHub(Protocol):
         ...
 
 
-def answer(hub: DeskHub, hosting: Hosting, line: str) -> str:
+def answer(hub: DeskHub, line: str, *, hosting: Hosting) -> str:
     """Do what a typed line asks for; return what there is to say.
 
     Args:
         hub: whose people they are.
-        hosting: the role of a code for which none is said.
         line: see `HELP`.
+        hosting: with the role of a code for which none is said.
     """
     word, _, rest = line.strip()[:MAX_LINE].partition(" ")
     name = rest.strip()
@@ -104,7 +104,7 @@ def listen(hub: DeskHub, hosting: Hosting, *, say: Callable[[str], None]) -> Tas
         while data := _read():
             *lines, held = (held + data).split(b"\n")
             for line in lines:
-                say(answer(hub, hosting, line.decode("utf-8", "replace")))
+                say(answer(hub, line.decode("utf-8", "replace"), hosting=hosting))
             held = held[-4 * MAX_LINE :]
 
     return Task("desk", read).start()

@@ -65,10 +65,12 @@ def test_a_proposal_is_a_tinted_copy_that_turns_green(tiny):
         Proposal("p1/far", "p1", "Ann", item.object_id, far),
         Proposal("p1/ghost", "p1", "Ann", "nothing", far),
     ]
-    met = met_proposals(copies, {}, models, symmetry_of_kind={})
+    met = met_proposals(copies, {}, models=models, symmetry_of_kind={})
     assert met == {"p1/near"}
-    assert met_proposals(copies, {item.object_id: far}, models, symmetry_of_kind={}) == {"p1/far"}
-    green, yellow = proposed_splats(copies, models, met)
+    assert met_proposals(copies, {item.object_id: far}, models=models, symmetry_of_kind={}) == {
+        "p1/far"
+    }
+    green, yellow = proposed_splats(copies, models, met=met)
     assert green.world_from_object is near
     assert len(yellow.cloud) == len(item.splats)
     for posed, colour in ((green, MET), (yellow, OPEN)):

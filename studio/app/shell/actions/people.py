@@ -27,7 +27,7 @@ class GuestActions:
 
     def add(self) -> None:
         """Add them to the bench."""
-        for action in (*self._doors(), *self._people()):
+        for action in (*self._doors(), *self._rights(), *self._people()):
             self._bench.actions.add(action)
 
     def _doors(self) -> tuple[Action, ...]:
@@ -80,7 +80,7 @@ class GuestActions:
             ),
         )
 
-    def _people(self) -> tuple[Action, ...]:
+    def _rights(self) -> tuple[Action, ...]:
         guests = self._guests
         return (
             Action(
@@ -112,6 +112,11 @@ class GuestActions:
                 available=lambda: guests.is_open,
                 choices=lambda: self._each(pen=True),
             ),
+        )
+
+    def _people(self) -> tuple[Action, ...]:
+        guests = self._guests
+        return (
             Action(
                 "people.remove",
                 "Send a person away",

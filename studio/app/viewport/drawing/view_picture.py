@@ -94,7 +94,7 @@ def draw_view(
         view.world_from_camera,
         coarse=grade.thinned,
         live=view.live,
-        things=_proposed(view, drawing, poses),
+        things=_proposed(view, drawing, poses=poses),
         opens=True,
     )
     picture, depth = drawn.picture, drawn.depth
@@ -122,15 +122,15 @@ def scaled(camera: Pinhole, scale: float) -> Pinhole:
     )
 
 
-def _proposed(view: View, drawing: SceneDrawing, poses: Mapping[str, Pose]) -> list[PosedSplats]:
+def _proposed(view: View, drawing: SceneDrawing, *, poses: Mapping[str, Pose]) -> list[PosedSplats]:
     """Return copies of objects where they should go, of the proposals that are shown."""
     if not view.state.proposals:
         return []
     shown = {shape.key for shape in view.shapes}
     found = [p for key, p in view.state.proposals.items() if f"proposal {key}" in shown]
     models = {item.object_id: item for item in drawing.scene.objects}
-    met = met_proposals(found, poses, models, symmetry_of_kind=SYMMETRY_OF_KIND)
-    return proposed_splats(found, models, met)
+    met = met_proposals(found, poses, models=models, symmetry_of_kind=SYMMETRY_OF_KIND)
+    return proposed_splats(found, models, met=met)
 
 
 def _footprints(picture: NDArray[np.uint8], view: View, drawing: SceneDrawing) -> None:

@@ -53,7 +53,7 @@ def hub():
     [("", Role.LOCAL), ("invite", Role.LOCAL), ("Invite spectator", Role.SPECTATOR)],
 )
 def test_another_code_is_made(hub, line, role):
-    said = answer(hub, Hosting(role=Role.LOCAL), line)
+    said = answer(hub, line, hosting=Hosting(role=Role.LOCAL))
     assert hub.made == [role]
     assert said.startswith("code 000000 (one use, two minutes, ")
     assert said.endswith("/#code=000000")
@@ -61,24 +61,24 @@ def test_another_code_is_made(hub, line, role):
 
 def test_people_are_looked_after_by_name(hub):
     hosting = Hosting()
-    assert answer(hub, hosting, "people").startswith("2 people here: Ann")
-    assert answer(hub, hosting, "pen ann") == "Ann has the pen"
+    assert answer(hub, "people", hosting=hosting).startswith("2 people here: Ann")
+    assert answer(hub, "pen ann", hosting=hosting) == "Ann has the pen"
     assert hub.here["p1"].has_pen
-    assert answer(hub, hosting, "pen") == "everybody may draw"
-    assert "draws nothing" in answer(hub, hosting, "pen Ben 2")
-    assert answer(hub, hosting, "mute p2") == "Ben 2 is muted"
-    assert answer(hub, hosting, "unmute Ben 2") == "Ben 2 is heard again"
-    assert answer(hub, hosting, "remove Ben 2") == "Ben 2 was sent away"
-    assert answer(hub, hosting, "mute Ben 2") == "people: person = 'Ben 2', here: Ann (p1)"
+    assert answer(hub, "pen", hosting=hosting) == "everybody may draw"
+    assert "draws nothing" in answer(hub, "pen Ben 2", hosting=hosting)
+    assert answer(hub, "mute p2", hosting=hosting) == "Ben 2 is muted"
+    assert answer(hub, "unmute Ben 2", hosting=hosting) == "Ben 2 is heard again"
+    assert answer(hub, "remove Ben 2", hosting=hosting) == "Ben 2 was sent away"
+    assert answer(hub, "mute Ben 2", hosting=hosting) == "people: person = 'Ben 2', here: Ann (p1)"
 
 
 @pytest.mark.parametrize("line", ["help", "dance", "x" * 10_000])
 def test_whatever_else_is_typed_is_answered_by_the_commands(hub, line):
-    assert answer(hub, Hosting(), line) == HELP
+    assert answer(hub, line, hosting=Hosting()) == HELP
 
 
 def test_a_role_that_is_none_is_said(hub):
-    assert "king" in answer(hub, Hosting(), "invite king")
+    assert "king" in answer(hub, "invite king", hosting=Hosting())
 
 
 def test_lines_of_the_input_are_answered_until_it_ends(hub, monkeypatch):
