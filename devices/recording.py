@@ -19,6 +19,8 @@ from mcap.records import Schema
 from mcap.writer import CompressionType, Writer
 
 from devices.messages import EncodedFrame, Event
+from devices.recorded.index import DAMAGE, RecordingError, damaged, open_reader
+from devices.recorded.schemas import json_schema
 from devices.recording_codec import (
     Encoded,
     RecordedValue,
@@ -26,8 +28,6 @@ from devices.recording_codec import (
     encode_message,
     stream_of,
 )
-from devices.recording_index import DAMAGE, RecordingError, damaged, open_reader
-from devices.recording_schemas import json_schema
 from devices.session_info import SessionInfo, session_from_json, session_to_json
 from devices.streams import ByteQuota
 

@@ -2,7 +2,7 @@
 
 Poses are 4×4 row-major matrices `a_from_b` so that a replay gets the very same numbers back.
 Video is `foxglove.CompressedVideo`, which common viewers of MCAP files play; the other schemas are
-our own.
+our own. What people show and make is in `devices/recorded/people.py`.
 """
 
 from __future__ import annotations
@@ -17,15 +17,9 @@ from typing import Any
 import numpy as np
 
 from devices.messages import EncodedFrame, Event
+from devices.recorded.people import PEOPLE_DECODERS, RecordedOfPeople, people_fields
 from scenes.pose import Pose
-from scenes.state import (
-    Annotation,
-    Avatar,
-    AvatarGone,
-    LiveSurface,
-    TrackedObject,
-    TrackState,
-)
+from scenes.state import TrackedObject, TrackState
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,49 +81,7 @@ class RecordedTruth:
     captured_ns: int | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class RecordedAvatar:
-    """A person at `t_ns`."""
-
-    t_ns: int
-    avatar: Avatar
-
-
-@dataclass(frozen=True, slots=True)
-class RecordedAvatarGone:
-    """An avatar that ended by `t_ns`."""
-
-    t_ns: int
-    gone: AvatarGone
-
-
-@dataclass(frozen=True, slots=True)
-class RecordedSurface:
-    """A surface that became live, changed, or was removed (no corners), at `t_ns`."""
-
-    t_ns: int
-    surface: LiveSurface
-
-
-@dataclass(frozen=True, slots=True)
-class RecordedAnnotation:
-    """A line as it was drawn by `t_ns`; a newer one replaces it, one without points ends it."""
-
-    t_ns: int
-    annotation: Annotation
-
-
-RecordedValue = (
-    EncodedFrame
-    | FrameStamp
-    | RecordedTrack
-    | RecordedTruth
-    | RecordedAvatar
-    | RecordedAvatarGone
-    | RecordedSurface
-    | RecordedAnnotation
-    | Event
-)
+RecordedValue = EncodedFrame | FrameStamp | RecordedTrack | RecordedTruth | RecordedOfPeople | Event
 """Values that a recording holds."""
 
 
@@ -168,21 +120,12 @@ def encode_message(value: RecordedValue) -> Encoded:
         case RecordedTruth():
             head = ("/truth", "gaussiannexus.Truth", value.t_ns, value.seq)
             fields = _truth_fields(value)
-        case RecordedAvatar(t_ns, avatar):
-            head = ("/avatars", "gaussiannexus.Avatar", t_ns, 0)
-            fields = _avatar_fields(avatar)
-        case RecordedAvatarGone(t_ns, gone):
-            head = ("/avatars/gone", "gaussiannexus.AvatarGone", t_ns, 0)
-            fields = {"user_id": gone.user_id}
-        case RecordedSurface(t_ns, surface):
-            head = ("/surfaces", "gaussiannexus.LiveSurface", t_ns, 0)
-            fields = _surface_fields(surface)
-        case RecordedAnnotation(t_ns, line):
-            head = ("/annotations", "gaussiannexus.Annotation", t_ns, 0)
-            fields = _annotation_fields(line)
         case Event():
             head = ("/events", "gaussiannexus.Event", value.t_ns, 0)
             fields = {"source": value.source, "kind": value.kind, "text": value.text}
+        case _:
+            topic, schema, fields = people_fields(value)
+            head = (topic, schema, value.t_ns, 0)
     try:
         data = json.dumps(fields, allow_nan=False).encode()
     except ValueError:
@@ -201,12 +144,10 @@ def decode_message(encoded: Encoded) -> RecordedValue:
         "gaussiannexus.FrameStamp": _stamp,
         "gaussiannexus.TrackedObject": _track,
         "gaussiannexus.Truth": _truth,
-        "gaussiannexus.Avatar": _avatar,
-        "gaussiannexus.AvatarGone": _avatar_gone,
-        "gaussiannexus.LiveSurface": _surface,
-        "gaussiannexus.Annotation": _annotation,
         "gaussiannexus.Event": _event,
     }
+    if encoded.schema in PEOPLE_DECODERS:
+        return PEOPLE_DECODERS[encoded.schema](encoded.t_ns, json.loads(encoded.data))
     decoder = decoders.get(encoded.schema)
     if decoder is None:
         raise ValueError(f"{encoded.topic}: unknown schema {encoded.schema!r}")
@@ -251,34 +192,6 @@ def _truth_fields(truth: RecordedTruth) -> dict[str, Any]:
     if truth.captured_ns is not None:
         fields["captured_ns"] = truth.captured_ns
     return fields
-
-
-def _avatar_fields(avatar: Avatar) -> dict[str, Any]:
-    return {
-        "user_id": avatar.user_id,
-        "role": avatar.role,
-        "world_from_head": _pose_to_json(avatar.world_from_head),
-        "hands": [hand.tolist() for hand in avatar.hands],
-        "ray": None if avatar.ray is None else avatar.ray.tolist(),
-    }
-
-
-def _surface_fields(surface: LiveSurface) -> dict[str, Any]:
-    return {
-        "surface_id": surface.surface_id,
-        "corners_in_world": np.asarray(surface.corners_in_world, dtype=np.float64).tolist(),
-        "size_px": list(surface.size_px),
-        "stream_id": surface.stream_id,
-    }
-
-
-def _annotation_fields(line: Annotation) -> dict[str, Any]:
-    return {
-        "annotation_id": line.annotation_id,
-        "user_id": line.user_id,
-        "points_in_world": np.asarray(line.points_in_world, dtype=np.float64).tolist(),
-        "colour": list(line.colour),
-    }
 
 
 def track_to_json(track: TrackedObject) -> dict[str, Any]:
@@ -359,37 +272,6 @@ def _truth(encoded: Encoded, fields: dict[str, Any]) -> RecordedTruth:
         {str(k): float(v) for k, v in fields.get("faults", {}).items()},
         None if fields.get("captured_ns") is None else int(fields["captured_ns"]),
     )
-
-
-def _avatar(encoded: Encoded, fields: dict[str, Any]) -> RecordedAvatar:
-    ray = fields["ray"]
-    avatar = Avatar(
-        fields["user_id"],
-        fields["role"],
-        Pose.from_matrix(fields["world_from_head"]),
-        # A hand without joints keeps the place of the other one.
-        tuple(np.array(hand, dtype=np.float64).reshape(-1, 3) for hand in fields["hands"]),
-        None if ray is None else np.array(ray, dtype=np.float64),
-    )
-    return RecordedAvatar(encoded.t_ns, avatar)
-
-
-def _avatar_gone(encoded: Encoded, fields: dict[str, Any]) -> RecordedAvatarGone:
-    return RecordedAvatarGone(encoded.t_ns, AvatarGone(str(fields["user_id"])))
-
-
-def _surface(encoded: Encoded, fields: dict[str, Any]) -> RecordedSurface:
-    width, height = (int(side) for side in fields["size_px"])
-    corners = np.array(fields["corners_in_world"], dtype=np.float64).reshape(-1, 3)
-    surface = LiveSurface(fields["surface_id"], corners, (width, height), fields["stream_id"])
-    return RecordedSurface(encoded.t_ns, surface)
-
-
-def _annotation(encoded: Encoded, fields: dict[str, Any]) -> RecordedAnnotation:
-    red, green, blue = (float(value) for value in fields["colour"])
-    points = np.array(fields["points_in_world"], dtype=np.float64).reshape(-1, 3)
-    line = Annotation(fields["annotation_id"], fields["user_id"], points, (red, green, blue))
-    return RecordedAnnotation(encoded.t_ns, line)
 
 
 def _event(encoded: Encoded, fields: dict[str, Any]) -> Event:

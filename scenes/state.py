@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from types import MappingProxyType
-from typing import TypeVar
+from typing import Literal, TypeVar, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -103,15 +103,24 @@ class LiveSurface:
 
     Attributes:
         surface_id: unique in the session.
-        corners_in_world: (4, 3) metres, clockwise from the top left; (0, 3) of one that is removed.
+        corners_in_world: (4, 3) metres, clockwise from the top left, between which it is filmed;
+            (0, 3) of one that is removed.
         size_px: (width, height) of the rectified picture.
         stream_id: which camera it is taken from.
+        carried_to: (4, 3) metres, between which its picture is seen where somebody has carried it
+            away; None where it is seen in its place.
     """
 
     surface_id: str
     corners_in_world: NDArray[np.float64]
     size_px: tuple[int, int]
     stream_id: str
+    carried_to: NDArray[np.float64] | None = None
+
+    @property
+    def seen_in_world(self) -> NDArray[np.float64]:
+        """(4, 3) corners between which its picture is seen."""
+        return self.corners_in_world if self.carried_to is None else self.carried_to
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -124,6 +133,7 @@ class Avatar:
         world_from_head: OpenCV axes (x right, y down, z where the person looks).
         hands: (J, 3) joints per hand in world metres; may be empty.
         ray: (2, 3) start and end of the pointing ray in world metres, or None.
+        name: as they call themselves; empty where they have none.
     """
 
     user_id: str
@@ -131,6 +141,7 @@ class Avatar:
     world_from_head: Pose
     hands: tuple[NDArray[np.float64], ...] = ()
     ray: NDArray[np.float64] | None = None
+    name: str = ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -141,6 +152,80 @@ class Annotation:
     user_id: str
     points_in_world: NDArray[np.float64]
     colour: tuple[float, float, float]
+
+
+PrimitiveShape = Literal["box", "sphere", "cylinder", "arrow"]
+"""Forms of shared primitives: boxes and cylinders stand for furniture and for free space, a sphere
+marks a place, an arrow says which way."""
+
+PRIMITIVE_SHAPES: tuple[PrimitiveShape, ...] = get_args(PrimitiveShape)
+"""The same, to be looked through."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SharedPrimitive:
+    """A plain body that a user has put into the room, shown to everybody.
+
+    Attributes:
+        primitive_id: unique in the session.
+        user_id: whose it is.
+        shape: None of one that is erased. An arrow points along its +x.
+        size_m: extents (x, y, z).
+        colour: red, green, blue, 0..1.
+        world_from_primitive: its origin is the middle of its base, Z up.
+    """
+
+    primitive_id: str
+    user_id: str
+    shape: PrimitiveShape | None
+    size_m: tuple[float, float, float]
+    colour: tuple[float, float, float]
+    world_from_primitive: Pose
+
+
+STANDS_WITHIN_M, STANDS_WITHIN_RAD = 0.05, float(np.radians(10.0))
+"""How far an object may be off and still stand where it was proposed, metres and radians; chosen:
+what somebody who places a chair by eye reaches, and about what a tracker is off."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Proposal:
+    """A copy of a tracked object that a user has put where the object itself should go.
+
+    Attributes:
+        proposal_id: unique in the session.
+        user_id: whose it is.
+        user_name: as they called themselves.
+        object_id: what is to be moved; empty of one that is withdrawn.
+        world_from_object: where to.
+    """
+
+    proposal_id: str
+    user_id: str
+    user_name: str
+    object_id: str
+    world_from_object: Pose
+
+    def is_met(self, world_from_object: Pose, *, symmetry: int = 1) -> bool:
+        """Return whether an object that is somewhere stands as proposed.
+
+        Args:
+            world_from_object: where it is.
+            symmetry: how many yaws in a turn look the same; 0 where all do.
+        """
+        apart = world_from_object.translation - self.world_from_object.translation
+        if not float(np.linalg.norm(apart)) <= STANDS_WITHIN_M:
+            return False
+        turn = self.world_from_object.rotation.T @ world_from_object.rotation
+        if symmetry == 1:
+            cosine = 0.5 * (float(np.trace(turn)) - 1.0)
+            return float(np.arccos(np.clip(cosine, -1.0, 1.0))) <= STANDS_WITHIN_RAD
+        lean = float(np.arccos(np.clip(turn[2, 2], -1.0, 1.0)))
+        if lean > STANDS_WITHIN_RAD or symmetry == 0:
+            return lean <= STANDS_WITHIN_RAD
+        yaw = float(np.arctan2(turn[1, 0] - turn[0, 1], turn[0, 0] + turn[1, 1]))
+        step = 2.0 * np.pi / symmetry
+        return abs((yaw + 0.5 * step) % step - 0.5 * step) <= STANDS_WITHIN_RAD
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,6 +246,8 @@ class SceneState:
         surfaces: by surface id.
         avatars: by user id.
         annotations: by annotation id.
+        primitives: by primitive id.
+        proposals: by proposal id.
         world_from_rig: pose of the 360° camera, or None before it is known.
     """
 
@@ -170,10 +257,18 @@ class SceneState:
     surfaces: Mapping[str, LiveSurface] = field(default_factory=lambda: MappingProxyType({}))
     avatars: Mapping[str, Avatar] = field(default_factory=lambda: MappingProxyType({}))
     annotations: Mapping[str, Annotation] = field(default_factory=lambda: MappingProxyType({}))
+    primitives: Mapping[str, SharedPrimitive] = field(default_factory=lambda: MappingProxyType({}))
+    proposals: Mapping[str, Proposal] = field(default_factory=lambda: MappingProxyType({}))
     world_from_rig: Pose | None = None
 
 
-StateChange = TrackedObject | LiveSurface | Avatar | AvatarGone | Annotation
+Placed = SharedPrimitive | Proposal
+"""Things that people put into the room with a pose."""
+
+Shared = Annotation | Placed
+"""Things that people put into the room, but for live surfaces."""
+
+StateChange = TrackedObject | LiveSurface | Avatar | AvatarGone | Shared
 """Changes that the reducer accepts."""
 
 
@@ -181,12 +276,13 @@ def reduce_state(state: SceneState, change: StateChange, t_ns: int) -> SceneStat
     """Return the next state.
 
     The same state is returned for a pose older than the one known, and for the end of what is not
-    there. A surface without corners and an annotation without points remove the one with their id.
+    there. A surface without corners, an annotation without points, a primitive without shape and a
+    proposal without object remove the one with their id.
 
     Args:
         state: current state; stays valid.
-        change: a pose, surface, avatar or annotation, replacing the one with its id; or an
-            avatar's end.
+        change: a pose, surface, avatar, annotation, primitive or proposal, replacing the one with
+            its id; or an avatar's end.
         t_ns: session time of the change.
     """
     match change:
@@ -196,22 +292,51 @@ def reduce_state(state: SceneState, change: StateChange, t_ns: int) -> SceneStat
                 return state
             changed = {"objects": _with(state.objects, change.object_id, change)}
         case LiveSurface():
-            is_there = len(change.corners_in_world) > 0
-            items = _set(state.surfaces, change.surface_id, value=change if is_there else None)
+            value = change if is_there(change) else None
+            items = _set(state.surfaces, change.surface_id, value=value)
             changed = {"surfaces": items}
         case Avatar():
             changed = {"avatars": _with(state.avatars, change.user_id, change)}
         case AvatarGone():
             changed = {"avatars": _set(state.avatars, change.user_id, value=None)}
         case Annotation():
-            is_there = len(change.points_in_world) > 0
-            items = _set(
-                state.annotations, change.annotation_id, value=change if is_there else None
-            )
-            changed = {"annotations": items}
+            value = change if is_there(change) else None
+            changed = {"annotations": _set(state.annotations, change.annotation_id, value=value)}
+        case SharedPrimitive():
+            value = change if is_there(change) else None
+            changed = {"primitives": _set(state.primitives, change.primitive_id, value=value)}
+        case Proposal():
+            value = change if is_there(change) else None
+            changed = {"proposals": _set(state.proposals, change.proposal_id, value=value)}
     if all(value is getattr(state, name) for name, value in changed.items()):
         return state
     return replace(state, version=state.version + 1, t_ns=max(state.t_ns, t_ns), **changed)
+
+
+def is_there(value: LiveSurface | Shared) -> bool:
+    """Return whether a thing is in the room, rather than the end of one."""
+    match value:
+        case LiveSurface():
+            return len(value.corners_in_world) > 0
+        case Annotation():
+            return len(value.points_in_world) > 0
+        case SharedPrimitive():
+            return value.shape is not None
+        case Proposal():
+            return value.object_id != ""
+
+
+def id_of(value: LiveSurface | Shared) -> str:
+    """Return the id of a thing that people put into the room."""
+    match value:
+        case LiveSurface():
+            return value.surface_id
+        case Annotation():
+            return value.annotation_id
+        case SharedPrimitive():
+            return value.primitive_id
+        case Proposal():
+            return value.proposal_id
 
 
 def _with(mapping: Mapping[str, T], key: str, value: T) -> Mapping[str, T]:

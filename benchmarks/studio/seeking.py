@@ -10,13 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from devices.messages import EncodedFrame, Event
+from devices.recorded.people import RecordedAvatar
 from devices.recording import Recorder
-from devices.recording_codec import (
-    FrameStamp,
-    RecordedAvatar,
-    RecordedTrack,
-    RecordedTruth,
-)
+from devices.recording_codec import FrameStamp, RecordedTrack, RecordedTruth
 from devices.session_info import SessionInfo
 from devices.video import KEYFRAME_S, H264Encoder
 from scenes.cameras import Fisheye, Rig

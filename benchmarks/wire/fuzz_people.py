@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from devices.hub.board import Board
 from devices.hub.entry.tokens import Ticket, TokenRefused, Tokens
-from devices.hub.messages import Do, MessageError, OpError, clean_name, read_message, read_object
+from devices.hub.fields import MessageError, read_object
+from devices.hub.messages import Do, OpError, clean_name, read_message
 from devices.hub.roles import Role
+from devices.hub.things.board import Board
 from devices.hub.wire import (
     JOINTS,
     Body,
@@ -44,6 +45,33 @@ TEXTS: tuple[dict[str, Any], ...] = (
     LINE,
     {**LINE, "points": []},
     {"kind": "do", "id": "s", "op": "surface", "surface": "tv", "corners": [[0, 1, 0]] * 4},
+    {
+        "kind": "do",
+        "id": 5,
+        "op": "surface",
+        "surface": "tv",
+        "corners": [[0, 1, 0], [1, 1, 0], [1, 0, 0], [0, 0, 0]],
+        "seen": [[0, 2, 0], [1, 2, 0], [1, 1, 0], [0, 1, 0]],
+        "drag": 3,
+    },
+    {
+        "kind": "do",
+        "id": 6,
+        "op": "primitive",
+        "primitive": "b",
+        "shape": "arrow",
+        "size": [0.5, 0.1, 0.1],
+        "colour": [1, 0, 0],
+        "pose": [0, 0, 0, 0, 0, 0, 1],
+    },
+    {
+        "kind": "do",
+        "id": 7,
+        "op": "propose",
+        "proposal": "c",
+        "object": "chair-1",
+        "pose": [1, 0, 2, 0, 1, 0, 0],
+    },
     {"kind": "do", "id": 1, "op": "undo"},
     {"kind": "seen", "version": 3},
     {"kind": "ping", "t_us": 12.5},

@@ -98,13 +98,20 @@ class Guest:
         life_ns = TOKEN_NS if self.has_joined else ARRIVING_NS
         return now_ns - self.away_since_ns >= life_ns
 
-    def change(self, *, role: Role | None = None, is_muted: bool | None = None) -> None:
-        """Give the person another role, or mute them."""
+    def change(
+        self,
+        *,
+        role: Role | None = None,
+        is_muted: bool | None = None,
+        has_pen: bool | None = None,
+    ) -> None:
+        """Give the person another role, mute them, or note who has the pen."""
         person = self.person
         self.person = replace(
             person,
             role=person.role if role is None else role,
             is_muted=person.is_muted if is_muted is None else is_muted,
+            has_pen=person.has_pen if has_pen is None else has_pen,
         )
 
 

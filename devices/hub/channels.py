@@ -9,7 +9,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from devices.hub.board import DECIMALS, GLTF_FROM_WORLD
+from devices.hub.things.drawn import DECIMALS, GLTF_FROM_WORLD
 from devices.hub.wire import pack_item
 from scenes.frames import WORLD_FROM_GLTF
 from scenes.state import SceneState, TrackedObject

@@ -12,7 +12,8 @@ from aiohttp import WSCloseCode, WSMessage, WSMsgType, web
 from devices.clock import Clock
 from devices.hub.admission import Refused
 from devices.hub.channels import to_text
-from devices.hub.messages import MAX_TEXT_BYTES, Hello, MessageError, OpError, read_message
+from devices.hub.fields import MessageError
+from devices.hub.messages import MAX_TEXT_BYTES, Hello, OpError, read_message
 from devices.hub.outbox import Outbox
 from devices.hub.session import Session, Visit
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from devices.hub.roles import Role
-from scenes.state import Annotation, Avatar, LiveSurface
+from scenes.state import Annotation, Avatar, LiveSurface, Placed
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,12 +64,14 @@ class Arrived:
         avatars: newest of everybody who shows one.
         lines: new or grown lines; one without points is erased.
         surfaces: made or moved since then; one without corners, (0, 3), is removed.
+        placed: primitives and proposals, likewise; see `scenes.state.is_there`.
         events: (kind, text) of who came, left, was refused.
     """
 
     avatars: tuple[Avatar, ...] = ()
     lines: tuple[Annotation, ...] = ()
     surfaces: tuple[LiveSurface, ...] = ()
+    placed: tuple[Placed, ...] = ()
     events: tuple[tuple[str, str], ...] = ()
 
 

@@ -8,38 +8,35 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from devices.hub.board import Drawn
 from devices.hub.contract import Arrived
 from devices.hub.roles import Op, Person, Role
+from devices.hub.things.drawn import Drawn, Thing
 from devices.hub.wire import Body, decode_body
 from scenes.frames import OPENGL_FROM_OPENCV, WORLD_FROM_GLTF
-from scenes.state import Annotation, Avatar, LiveSurface
+from scenes.state import Annotation, Avatar, LiveSurface, Placed
 
 MAX_EVENTS = 256
 """Events that wait for the session; the oldest go first."""
 
 MAX_CHANGES = 4096
-"""Lines and surfaces that wait, and those handed out that are remembered; the oldest go first."""
-
-Change = Annotation | LiveSurface
-"""A line or surface in the session's axes."""
+"""Things that wait, and those handed out that are remembered; the oldest go first."""
 
 
 @dataclass(slots=True)
 class Inbox:
-    """Lines, surfaces and events since the last look."""
+    """Things and events since the last look."""
 
-    _changes: OrderedDict[tuple[Op, str], Change] = field(
-        default_factory=OrderedDict[tuple[Op, str], Change]
+    _changes: OrderedDict[tuple[Op, str], Thing] = field(
+        default_factory=OrderedDict[tuple[Op, str], Thing]
     )
     _events: deque[tuple[str, str]] = field(
         default_factory=lambda: deque[tuple[str, str]](maxlen=MAX_EVENTS)
     )
-    _handed: OrderedDict[int, Change] = field(default_factory=OrderedDict[int, Change])
+    _handed: OrderedDict[int, Thing] = field(default_factory=OrderedDict[int, Thing])
 
     def draw(self, drawn: Drawn) -> None:
-        """Take a line or surface; one of the same name that waits is replaced."""
-        change = drawn.surface() if drawn.op is Op.SURFACE else drawn.annotation()
+        """Take a thing; one of the same name that waits is replaced."""
+        change = drawn.thing()
         name = (drawn.op, drawn.key)
         self._changes.pop(name, None)
         self._changes[name] = change
@@ -50,14 +47,16 @@ class Inbox:
         """Take an event."""
         self._events.append((kind, text))
 
-    def has_handed(self, change: Change) -> bool:
+    def has_handed(self, change: Thing) -> bool:
         """Whether a value of the session's state is one that came from here."""
         return id(change) in self._handed
 
     def take(self) -> Arrived:
         """Return everything since the last call but people's bodies, and forget it."""
-        lines = tuple(c for c in self._changes.values() if isinstance(c, Annotation))
-        surfaces = tuple(c for c in self._changes.values() if isinstance(c, LiveSurface))
+        changes = self._changes.values()
+        lines = tuple(c for c in changes if isinstance(c, Annotation))
+        surfaces = tuple(c for c in changes if isinstance(c, LiveSurface))
+        placed = tuple(c for c in changes if isinstance(c, Placed))
         for change in self._changes.values():
             self._handed[id(change)] = change  # held, so that no other value gets its id
         while len(self._handed) > MAX_CHANGES:
@@ -65,27 +64,33 @@ class Inbox:
         self._changes.clear()
         events = tuple(self._events)
         self._events.clear()
-        return Arrived((), lines, surfaces, events)
+        return Arrived((), lines, surfaces, placed, events)
 
 
 @dataclass(slots=True)
 class Avatars:
     """People as the session sees them, each body decoded once."""
 
-    _known: dict[str, tuple[bytes, Role, Avatar | None]] = field(
-        default_factory=dict[str, tuple[bytes, Role, "Avatar | None"]]
+    _known: dict[str, tuple[bytes, Person, Avatar | None]] = field(
+        default_factory=dict[str, tuple[bytes, Person, "Avatar | None"]]
     )
 
     def of(self, bodies: Iterable[tuple[Person, bytes]]) -> tuple[Avatar, ...]:
         """Return avatars of people and their newest bodies."""
-        shown: dict[str, tuple[bytes, Role, Avatar | None]] = {}
+        shown: dict[str, tuple[bytes, Person, Avatar | None]] = {}
         for person, data in bodies:
             known = self._known.get(person.person_id)
-            if known is None or known[0] is not data or known[1] is not person.role:
-                known = (data, person.role, avatar_of(decode_body(data), person))
+            is_same = known is not None and _called(known[1]) == _called(person)
+            if known is None or known[0] is not data or not is_same:
+                known = (data, person, avatar_of(decode_body(data), person))
             shown[person.person_id] = known
         self._known = shown
-        return tuple(avatar for _data, _role, avatar in shown.values() if avatar is not None)
+        return tuple(avatar for _data, _person, avatar in shown.values() if avatar is not None)
+
+
+def _called(person: Person) -> tuple[Role, str]:
+    """Return what an avatar has of a person beside the body."""
+    return person.role, person.name
 
 
 def avatar_of(body: Body, person: Person) -> Avatar | None:
@@ -107,4 +112,5 @@ def avatar_of(body: Body, person: Person) -> Avatar | None:
         world_from_head=WORLD_FROM_GLTF @ body.room_from_head @ OPENGL_FROM_OPENCV,
         hands=tuple(hands),
         ray=None if body.ray is None else WORLD_FROM_GLTF @ body.ray,
+        name=person.name,
     )

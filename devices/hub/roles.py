@@ -21,6 +21,8 @@ class Op(StrEnum):
 
     LINE = "line"
     SURFACE = "surface"
+    PRIMITIVE = "primitive"
+    PROPOSE = "propose"
     UNDO = "undo"
 
 
@@ -45,6 +47,7 @@ class Person:
         is_muted: whether their body and operations are refused.
         is_connected: false while a connection that broke may come back.
         latency_ms: round trip of the newest ping; None before the first.
+        has_pen: whether they alone may draw: the operator has given them the pen.
     """
 
     person_id: str
@@ -54,3 +57,4 @@ class Person:
     is_muted: bool = False
     is_connected: bool = True
     latency_ms: float | None = None
+    has_pen: bool = False

@@ -160,6 +160,11 @@ class Hub:
         return f"{scheme}://{host}:{self._port}/"
 
     @property
+    def port(self) -> int:
+        """Number of the port at which it listens, or listened last."""
+        return self._port
+
+    @property
     def root_pem(self) -> bytes | None:
         """Certificate that a headset installs once to trust this machine; None without TLS."""
         return None if self._certificates is None else self._certificates.root_pem
@@ -239,6 +244,17 @@ class Hub:
         """
         with self._session.lock:
             self._session.change(person_id, self._clock.now_ns(), is_muted=is_muted)
+        self._call_soon(self._wake_all)
+
+    def give_pen(self, person_id: str | None) -> None:
+        """Let one person alone draw; None lets everybody again whose role allows it.
+
+        Raises:
+            KeyError: there is no such person.
+            ValueError: their role lets them draw nothing.
+        """
+        with self._session.lock:
+            self._session.give_pen(person_id, self._clock.now_ns())
         self._call_soon(self._wake_all)
 
     def remove(self, person_id: str) -> None:

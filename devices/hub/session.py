@@ -11,11 +11,8 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
-
 from devices.hub.admission import Admission, Refused
 from devices.hub.attendance import Attendance, Guest
-from devices.hub.board import Board, drawn_by_room
 from devices.hub.channels import (
     BodyChannel,
     LogChannel,
@@ -28,10 +25,14 @@ from devices.hub.elsewhere import Elsewhere, Others
 from devices.hub.entry.pairing import PairingCodes, PairingRefused
 from devices.hub.entry.rates import Bucket
 from devices.hub.entry.tokens import Tokens
+from devices.hub.fields import MessageError
 from devices.hub.inbox import Inbox
-from devices.hub.messages import Do, Hello, MessageError, OpError, Ping, Seen, read_message
+from devices.hub.messages import Do, Hello, OpError, Ping, Seen, read_message
 from devices.hub.outbox import Outbox, Sent
-from devices.hub.roles import RIGHTS, Op, Person, Role
+from devices.hub.roles import Person, Role
+from devices.hub.things.board import Board
+from devices.hub.things.drawn import drawn_by_room
+from devices.hub.things.pen import Pen, can_hold_pen
 from devices.hub.wire import WireError, check_body, head_only
 from scenes.state import SceneState
 
@@ -85,7 +86,7 @@ class Session:
         self._attendance, self._board, self._inbox = Attendance(), Board(), Inbox()
         self._others = Others()
         self._door = Admission(self._attendance, codes, tokens, max_people)
-        self._state = SceneState()
+        self._state, self._pen = SceneState(), Pen()
         self._lines_of_refusals = Bucket(SAY_HZ, SAY_BURST, now_ns=now_ns)
 
     def pair(self, code: str, *, name: str, address: str, now_ns: int) -> str:
@@ -132,8 +133,8 @@ class Session:
         guest.person = replace(guest.person, name=name, is_connected=True)
         self._welcome(visit, hello, now_ns=now_ns)
         self._tell_people(now_ns)
-        verb = "is back" if is_back else "joined"
-        self._note("joined", f"{self._called(guest)} {verb} as {guest.person.role}")
+        how = f"{'is back' if is_back else 'joined'} as {guest.person.role}"
+        self._note("joined", f"{self._called(guest)} {how}")
         return visit
 
     def leave(self, visit: Visit, now_ns: int) -> None:
@@ -205,7 +206,7 @@ class Session:
         """Take the next state of the room; what it has drawn itself goes to the log."""
         before, self._state = self._state, state
         for drawn in drawn_by_room(before, state, is_known=self._inbox.has_handed):
-            if np.all(np.isfinite(drawn.points)) and self._board.put(drawn):
+            if drawn.is_finite and self._board.put(drawn):
                 self._tell_all(self.log.add(drawn.entry()))
         self.states.take(state)
         self.pictures.keep(state.surfaces.keys())
@@ -213,6 +214,7 @@ class Session:
     def tick(self, now_ns: int) -> None:
         """Do what is due: fresh tokens, and whoever was away too long is gone."""
         for guest in self._attendance.note_left(now_ns):
+            self._take_pen(guest, now_ns)
             self._note("left", f"{self._called(guest)} has left")
         for guest in self._attendance.forget_old(now_ns):
             self._board.forget(guest.person.person_id)
@@ -236,10 +238,10 @@ class Session:
 
     def shown(self, now_ns: int) -> list[tuple[Person, bytes]]:
         """Return everybody who shows a body, and the newest of each."""
+        here = self._attendance.listed(now_ns)
+        oldest_ns = now_ns - SHOWN_NS
         return [
-            (guest.person, guest.body)
-            for guest in self._attendance.listed(now_ns)
-            if guest.body and now_ns - guest.body_ns <= SHOWN_NS
+            (each.person, each.body) for each in here if each.body and each.body_ns >= oldest_ns
         ]
 
     def change(
@@ -261,12 +263,34 @@ class Session:
         if person.is_muted:
             guest.body = b""
             self.bodies.drop(person.index)
-        if guest.outbox is not None:
-            told = {"role": person.role, "rights": _rights(person), "muted": person.is_muted}
-            guest.outbox.put(to_text({"kind": "rights", **told}))
+        if not can_hold_pen(person):
+            self._take_pen(guest, now_ns)
+        self._tell_rights(guest)
         self._tell_people(now_ns)
         muted = ", muted" if person.is_muted else ""
         self._note("changed", f"{self._called(guest)} is {person.role}{muted}")
+
+    def give_pen(self, person_id: str | None, now_ns: int) -> None:
+        """Let one person alone draw, or everybody again; all are sent their rights.
+
+        Raises:
+            KeyError: there is no such person.
+            ValueError: their role lets them draw nothing.
+        """
+        found = self._find(person_id) if person_id else None
+        if found is not None and not can_hold_pen(found.person):
+            raise ValueError(f"hub: {found.person.name} draws nothing as {found.person.role}")
+        self._pen.holder = person_id or ""
+        for guest in self._attendance.listed(now_ns):
+            guest.change(has_pen=guest.person.person_id == person_id)
+            self._tell_rights(guest)
+        self._tell_people(now_ns)
+        self._note("changed", f"{self._called(found) if found else 'everybody'} has the pen")
+
+    def _take_pen(self, guest: Guest, now_ns: int) -> None:
+        """Let everybody draw again if somebody had the pen."""
+        if guest.person.person_id == self._pen.holder:
+            self.give_pen(None, now_ns)
 
     def remove(self, person_id: str, now_ns: int) -> None:
         """Send somebody away for good.
@@ -275,6 +299,7 @@ class Session:
             KeyError: there is no such person.
         """
         guest = self._find(person_id)
+        self._take_pen(guest, now_ns)
         self._attendance.remove(person_id)
         self._board.forget(person_id)
         self.bodies.drop(guest.person.index)
@@ -314,32 +339,36 @@ class Session:
             "role": person.role,
             "name": person.name,
             "token": self._door.new_token(guest, now_ns),
-            "rights": _rights(person),
+            "rights": self._pen.rights(person),
             "people": self._list(now_ns),
             "log_seq": self.log.seq if entries is None else hello.log_seq,
             "resumed": entries is not None,
             "t_us": now_ns // 1000,
         }
-        welcome = f'{to_text(fields)[:-1]},"state":{state}}}'
-        texts = [welcome, *(entries or ())]
+        texts = [f'{to_text(fields)[:-1]},"state":{state}}}', *(entries or ())]
         outbox.begin(texts, version=states.version, token_number=guest.newest_token)
 
     def _do(self, visit: Visit, do: Do, *, now_ns: int) -> None:
-        guest, outbox = visit.guest, visit.outbox
-        person = guest.person
-        if person.is_muted:
-            raise OpError("you are muted", op_id=do.op_id)
-        if do.op not in RIGHTS[person.role]:
-            raise OpError(f"a {person.role} may not {do.op}", op_id=do.op_id)
+        guest, person = visit.guest, visit.guest.person
+        if why := self._pen.refusal(person, do.op):
+            raise OpError(why, op_id=do.op_id)
         if not guest.limits.ops.take(now_ns):
             raise OpError("too many operations at once", op_id=do.op_id)
+        if do.drawn is not None and do.drawn.object_id not in ("", *self._state.objects):
+            raise OpError("there is no such object", op_id=do.op_id)
         try:
-            drawn = self._board.do(person.person_id, do, now_ns=now_ns)
+            drawn = self._board.do(person.person_id, do, now_ns=now_ns, name=person.name)
         except OpError as error:
             raise OpError(str(error), op_id=do.op_id) from None
         self._inbox.draw(drawn)
         self._tell_all(self.log.add(drawn.entry()))
-        outbox.put(to_text({"kind": "done", "id": do.op_id}))
+        visit.outbox.put(to_text({"kind": "done", "id": do.op_id}))
+
+    def _tell_rights(self, guest: Guest) -> None:
+        if guest.outbox is not None:
+            person = guest.person
+            told = {"role": person.role, "rights": self._pen.rights(person)}
+            guest.outbox.put(to_text({"kind": "rights", **told, "muted": person.is_muted}))
 
     def _tell_all(self, text: str) -> None:
         for _guest, outbox in self._attendance.connected():
@@ -358,7 +387,7 @@ class Session:
                 "name": person.name,
                 "role": person.role,
                 "muted": person.is_muted,
-                "pen": bool(_rights(person)),
+                "pen": bool(self._pen.rights(person)),
             }
             for person in (*self.people(now_ns), *self._others.people())
         ]
@@ -375,7 +404,3 @@ class Session:
     def _note(self, kind: str, text: str) -> None:
         self._inbox.note(kind, text)
         self._say(f"people: {text}")
-
-
-def _rights(person: Person) -> list[Op]:
-    return [] if person.is_muted else sorted(RIGHTS[person.role])

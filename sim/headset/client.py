@@ -21,6 +21,7 @@ from sim.headset.connection import (
     fetch_page,
     pair,
 )
+from sim.headset.doings import doings
 from sim.headset.faults import HeadsetFault, HeadsetState, headset_state
 from sim.headset.moves import Moves
 from sim.headset.room_download import RoomDownload
@@ -46,7 +47,7 @@ PING_S = 1.0
 """Time between two pings, of which the fastest gives the hub's clock."""
 
 DRAW_EVERY_S, DRAW_S, DRAW_HZ = 10.0, 2.0, 10.0
-"""Time between two lines of a person, how long one grows, and how often it is sent meanwhile."""
+"""Time between two doings of a person, how long one takes, and how often it is sent meanwhile."""
 
 DECODED_EVERY = 100
 """One in so many bodies that come is read in full, chosen: a defect shows within a second."""
@@ -68,7 +69,7 @@ class ClientPlan:
         moves: of the body.
         rate_hz: bodies a second.
         faults: between the person and the hub.
-        draws: whether they draw lines.
+        draws: whether they draw, put, propose and carry things.
         script: what they do in place of moves and lines by chance; None for those.
     """
 
@@ -276,23 +277,26 @@ class HeadsetClient:
             await asyncio.sleep(PING_S)
 
     async def _draw(self, connection: HubConnection) -> str:
-        """Draw as the script says, or a line now and then, and erase the one before."""
-        if not self._plan.draws or "line" not in connection.welcome["rights"]:
-            await asyncio.Event().wait()
-        if self._scripted is not None:
+        """Do as the script says, or something now and then, and take away what was before."""
+        welcome, seed = connection.welcome, self._plan.moves.seed
+        rights = welcome["rights"] if self._plan.draws else ()
+        if self._scripted is not None and "line" in rights:
             await self._draw_as_scripted(connection, self._scripted)
-        number = 0
-        while True:
+        number, last = 0, None
+        for doing in doings(rights, sorted(welcome["state"]["objects"]), seed=seed):
             await asyncio.sleep((DRAW_EVERY_S - DRAW_S) * (0.5 + float(self._random.random())))
-            points: list[list[float]] = []
-            for _ in range(round(DRAW_S * DRAW_HZ)):
+            if last is not None:
+                number += 1
+                await connection.send({"kind": "do", "id": number, **last.end()})
+            for _ in range(max(2, round(DRAW_S * DRAW_HZ))):
                 await asyncio.sleep(1.0 / DRAW_HZ)
                 if self._faults().shows_body:
-                    points.append(np.round(self._plan.moves.pen(self._here_s()), 4).tolist())
-                    await connection.send(_line(number % 2, points))
-            number += 1
-            if self._faults().shows_body:
-                await connection.send(_line(number % 2, []))
+                    number += 1
+                    message = doing.step(self._plan.moves.pen(self._here_s()))
+                    await connection.send({"kind": "do", "id": number, **message})
+            last = doing
+        await asyncio.Event().wait()  # somebody who may do nothing looks on
+        return ""
 
     async def _draw_as_scripted(self, connection: HubConnection, person: ScriptedPerson) -> None:
         """Send lines as they grow, for ever."""
@@ -378,14 +382,3 @@ def _place(seq: int, count: int) -> int:
     """Return the place of a body in a film that is played forward and backward."""
     at = seq % (2 * count - 2)
     return min(at, 2 * count - 2 - at)
-
-
-def _line(number: int, points: list[list[float]]) -> dict[str, Any]:
-    return {
-        "kind": "do",
-        "id": number,
-        "op": "line",
-        "line": f"line-{number}",
-        "points": points,
-        "colour": [0.2, 0.6, 1.0],
-    }

@@ -34,7 +34,7 @@ class CrowdPlan:
         seed: of their moves, and of chance.
         rate_hz: bodies a second of each.
         faults: of each.
-        draws: whether they draw lines.
+        draws: whether they draw, put, propose and carry things.
         scripts: what each does, where a scenario says; else they move by chance.
 
     Raises:

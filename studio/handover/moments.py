@@ -10,14 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from devices.messages import Event
+from devices.recorded.people import RecordedAnnotation, RecordedAvatar, RecordedSurface
 from devices.recording import read_recording
-from devices.recording_codec import (
-    RecordedAnnotation,
-    RecordedAvatar,
-    RecordedSurface,
-    RecordedTrack,
-    RecordedTruth,
-)
+from devices.recording_codec import RecordedTrack, RecordedTruth
 from scenes.state import Annotation, Avatar, LiveSurface, TrackedObject
 from studio.handover.keys import POSE_STEPS, Keys, pose_values
 from studio.session.pipeline import CancelledError
@@ -118,7 +113,7 @@ class Moments:
 
     def add_surface(self, t_ns: int, surface: LiveSurface) -> None:
         """The outline of a surface that showed live video."""
-        corners = np.asarray(surface.corners_in_world)
+        corners = np.asarray(surface.seen_in_world)
         closed = np.concatenate([corners, corners[:1]])
         self._add_points(surface.surface_id, "", SURFACE_COLOUR, t_ns, closed)
 

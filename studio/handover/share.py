@@ -9,8 +9,8 @@ from datetime import datetime
 from enum import StrEnum
 from pathlib import Path
 
+from devices.recorded.index import is_whole
 from devices.recording import read_session
-from devices.recording_index import is_whole
 from devices.session_info import SessionInfo
 from scenes.formats.storage.atomic import write_folder
 from scenes.opening import open_scene

@@ -15,7 +15,15 @@ from devices.recording_codec import RecordedTruth
 from scenes.cameras import Rig
 from scenes.package import ScenePackage
 from scenes.pose import Pose
-from scenes.state import Annotation, Avatar, TrackedObject, TrackState
+from scenes.render.renderer import PosedSplats
+from scenes.state import (
+    Annotation,
+    Avatar,
+    Proposal,
+    SharedPrimitive,
+    TrackedObject,
+    TrackState,
+)
 from studio.evaluate.metrics import pose_error
 from studio.evaluate.scores import SYMMETRY_OF_KIND
 from studio.session.session import SessionOutput
@@ -34,6 +42,7 @@ from studio.view.overlay import (
     width_of,
     write_words,
 )
+from studio.view.shared_things import met_proposals, primitive_splats, proposed_splats
 from studio.view.surface_drawing import LivePicture
 from studio.view.twin import BACKGROUND, Twin, lens_camera
 
@@ -79,6 +88,8 @@ class FilmFrame:
         avatars: people at that time.
         truth: the ground truth, or None.
         lines: what people have drawn until then.
+        primitives: what they have put into the room.
+        proposals: where objects should go.
     """
 
     t_ns: int
@@ -90,6 +101,8 @@ class FilmFrame:
     avatars: tuple[Avatar, ...]
     truth: RecordedTruth | None
     lines: tuple[Annotation, ...] = ()
+    primitives: tuple[SharedPrimitive, ...] = ()
+    proposals: tuple[Proposal, ...] = ()
 
 
 def film_frame(output: SessionOutput) -> FilmFrame:
@@ -105,6 +118,8 @@ def film_frame(output: SessionOutput) -> FilmFrame:
         avatars=output.input.avatars,
         truth=None if truth is None else truth.recorded,
         lines=tuple(output.state.annotations.values()),
+        primitives=tuple(output.state.primitives.values()),
+        proposals=tuple(output.state.proposals.values()),
     )
 
 
@@ -141,7 +156,13 @@ class FilmMaker:
         camera = lens_camera(rig.lenses[0], PANEL_PX)
         world_from_rig = frame.world_from_rig or self._scene.world_from_rig
         world_from_camera = world_from_rig @ rig.rig_from_lens[0]
-        drawn = self._twin.picture(_poses(frame.tracks), camera, world_from_camera, live=frame.live)
+        drawn = self._twin.picture(
+            _poses(frame.tracks),
+            camera,
+            world_from_camera,
+            live=frame.live,
+            things=self._things(frame),
+        )
         for object_id, track in frame.tracks.items():
             if track.state is not TrackState.STATIC:
                 draw_footprint(
@@ -159,7 +180,8 @@ class FilmMaker:
 
     def _from_above(self, frame: FilmFrame) -> Picture:
         camera, world_from_camera = self._above
-        drawn = self._twin.picture_from_above(_poses(frame.tracks), PANEL_PX)
+        poses = _poses(frame.tracks)
+        drawn = self._twin.picture_from_above(poses, PANEL_PX, things=self._things(frame))
         true_poses = frame.truth.world_from_object if frame.truth is not None else {}
         for object_id, track in frame.tracks.items():
             box = self._models[object_id].box_m
@@ -182,6 +204,17 @@ class FilmMaker:
         for line in frame.lines:
             draw_line(drawn, camera, world_from_camera, line)
         return drawn
+
+    def _things(self, frame: FilmFrame) -> list[PosedSplats]:
+        """Return what people have put into the room, as splats."""
+        poses = _poses(frame.tracks)
+        met = met_proposals(
+            frame.proposals, poses, models=self._models, symmetry_of_kind=SYMMETRY_OF_KIND
+        )
+        return [
+            *proposed_splats(frame.proposals, self._models, met=met),
+            *(primitive_splats(item) for item in frame.primitives),
+        ]
 
     def _header(self, frame: FilmFrame) -> Words:
         left = float(GAP_PX + 4)

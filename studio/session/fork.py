@@ -16,24 +16,28 @@ from pathlib import Path
 from typing import TypeVar
 
 from devices.messages import EncodedFrame, Event
-from devices.recording import RecordingError, read_recording, read_session
-from devices.recording_codec import (
-    FrameStamp,
+from devices.recorded.people import (
     RecordedAnnotation,
     RecordedAvatar,
     RecordedAvatarGone,
     RecordedSurface,
-    RecordedTrack,
-    track_to_json,
 )
+from devices.recording import RecordingError, read_recording, read_session
+from devices.recording_codec import FrameStamp, RecordedTrack, track_to_json
 from devices.session_info import ForkOrigin, ScenarioChange, SessionInfo
-from scenes.state import Annotation, Avatar, AvatarGone, LiveSurface, TrackedObject
+from scenes.state import Annotation, Avatar, AvatarGone, LiveSurface, Placed, TrackedObject
 from sim.faults.fault import Fault
 from sim.scenarios.scenario import Scenario, load_scenario, parse_scenario
 from sim.scenarios.switch import Switch
 from sim.tables import ScenarioError
 from studio.session.records.provenance import library_versions
-from studio.session.sources import PEOPLE, SessionInput, SessionMessage, time_ns_of
+from studio.session.sources import (
+    PEOPLE,
+    SessionInput,
+    SessionMessage,
+    placed_in,
+    time_ns_of,
+)
 from studio.session.trackers.settings import is_settings
 from tracking.output import TrackOutput
 
@@ -251,6 +255,7 @@ class _RecordedFrame:
     avatars: tuple[Avatar, ...]
     lines: tuple[Annotation, ...]
     gone: tuple[AvatarGone, ...]
+    placed: tuple[Placed, ...]
 
 
 def _recorded_frames(recording: Path) -> Iterator[_RecordedFrame]:
@@ -268,6 +273,7 @@ def _recorded_frames(recording: Path) -> Iterator[_RecordedFrame]:
                 tuple(v.avatar for v in values if isinstance(v, RecordedAvatar)),
                 tuple(v.annotation for v in values if isinstance(v, RecordedAnnotation)),
                 tuple(v.gone for v in values if isinstance(v, RecordedAvatarGone)),
+                placed_in(values),
             )
 
 
@@ -297,6 +303,7 @@ def _with_users(live: SessionInput, recorded: _RecordedFrame) -> SessionInput:
             *(item for item in recorded.lines if item.annotation_id not in lines),
         ),
         gone=live.gone + recorded.gone,
+        placed=live.placed + recorded.placed,
     )
 
 

@@ -15,19 +15,18 @@ from typing import Any
 
 from devices.clock import Clock
 from devices.messages import EncodedFrame, Event
-from devices.recording import Recorder
-from devices.recording_codec import (
-    RecordedAnnotation,
+from devices.recorded.people import (
     RecordedAvatar,
     RecordedAvatarGone,
     RecordedSurface,
-    RecordedTrack,
-    RecordedValue,
+    recorded_thing,
 )
+from devices.recording import Recorder
+from devices.recording_codec import RecordedTrack, RecordedValue
 from devices.session_info import SessionInfo
 from devices.streams import BoundedQueue
 from scenes.package import ScenePackage
-from scenes.state import Annotation, AvatarGone, LiveSurface, SceneState, reduce_state
+from scenes.state import AvatarGone, LiveSurface, SceneState, Shared, reduce_state
 from studio.session.latency import Latencies
 from studio.session.live_surfaces import LiveSurfaces
 from studio.session.pipeline import Executor, RecorderThread
@@ -140,7 +139,7 @@ class Session:
         self._scene_state = SceneState()
         self._live_surfaces = LiveSurfaces(scene)
         self._made_live: BoundedQueue[LiveSurface] = BoundedQueue(COMMANDS, name="commands")
-        self._drawn: BoundedQueue[Annotation | AvatarGone] = BoundedQueue(LINES, name="annotations")
+        self._drawn: BoundedQueue[Shared | AvatarGone] = BoundedQueue(LINES, name="annotations")
         self._settings = TrackerSettings(self._methods, plan.options)
         self._frames = self._lost = 0
         self._next_seq = 0
@@ -322,8 +321,8 @@ class Session:
             self._write(event)
         return replace(message, input=replace(live, events=(*live.events, *said)))
 
-    def _new_lines(self) -> Iterator[Annotation | AvatarGone]:
-        """Return the lines drawn, and avatars ended, since the last frame that was tracked."""
+    def _new_lines(self) -> Iterator[Shared | AvatarGone]:
+        """Return things put into the room, and avatars ended, since the last tracked frame."""
         while (line := self._drawn.take()) is not None:
             yield line
 
@@ -366,14 +365,15 @@ class Session:
             self._write(live.packet)
         for avatar in live.avatars:
             self._write(RecordedAvatar(frame.t_ns, avatar))
-        for line in live.annotations:
-            self._write(RecordedAnnotation(frame.t_ns, line))
+        things = (*live.annotations, *live.placed)
+        for thing in things:
+            self._write(recorded_thing(frame.t_ns, thing))
         for gone in live.gone:
             self._write(RecordedAvatarGone(frame.t_ns, gone))
         if message.truth is not None:
             self._write(message.truth.recorded)
         # A frame may be dropped on its way to the stages, what came with it once may not.
-        for change in (*live.annotations, *live.gone):
+        for change in (*things, *live.gone):
             self._drawn.put(change)
         for surface in live.surfaces:
             self.make_live(surface)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,20 +10,20 @@ from typing import TYPE_CHECKING
 from numpy.typing import ArrayLike
 
 from devices.messages import EncodedFrame, Event, Frame
-from devices.recording import read_recording
-from devices.recording_codec import (
-    FrameStamp,
+from devices.recorded.people import (
     RecordedAnnotation,
     RecordedAvatar,
     RecordedAvatarGone,
+    RecordedPrimitive,
+    RecordedProposal,
     RecordedSurface,
-    RecordedTrack,
-    RecordedTruth,
-    RecordedValue,
+    RecordedThing,
 )
+from devices.recording import read_recording
+from devices.recording_codec import FrameStamp, RecordedTrack, RecordedTruth, RecordedValue
 from devices.replay import FrameAssembler
 from devices.session_info import SessionInfo
-from scenes.state import Annotation, Avatar, AvatarGone, LiveSurface, TrackedObject
+from scenes.state import Annotation, Avatar, AvatarGone, LiveSurface, Placed, TrackedObject
 from sim.truth import GroundTruth
 from studio.session.live_surfaces import live_surface
 from studio.session.trackers.camera_events import is_camera_event
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from sim.rehearsal import SimulatedStep
 
 
-Waiting = Event | RecordedSurface | RecordedAnnotation | RecordedAvatarGone
+Waiting = Event | RecordedSurface | RecordedThing | RecordedAvatarGone
 """Messages between frames of a recording, which enter with the next one."""
 
 PEOPLE = "people"
@@ -54,6 +54,7 @@ class SessionInput:
         surfaces: what has become live, moved or been removed since the frame before.
         annotations: lines that have been drawn, have grown or been erased since the frame before.
         gone: avatars that have ended since the frame before.
+        placed: primitives and proposals that have been put, changed or taken away since then.
     """
 
     frame: Frame
@@ -63,6 +64,7 @@ class SessionInput:
     surfaces: tuple[LiveSurface, ...] = ()
     annotations: tuple[Annotation, ...] = ()
     gone: tuple[AvatarGone, ...] = ()
+    placed: tuple[Placed, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -141,6 +143,15 @@ def time_ns_of(value: RecordedValue) -> int:
     return value.track.t_ns if isinstance(value, RecordedTrack) else value.t_ns
 
 
+def placed_in(values: Iterable[RecordedValue]) -> tuple[Placed, ...]:
+    """The primitives and proposals among recorded values, in order."""
+    return tuple(
+        value.primitive if isinstance(value, RecordedPrimitive) else value.proposal
+        for value in values
+        if isinstance(value, RecordedPrimitive | RecordedProposal)
+    )
+
+
 def _grouped(
     values: list[RecordedValue],
     assembler: FrameAssembler,
@@ -160,6 +171,7 @@ def _grouped(
             surfaces=tuple(v.surface for v in waiting if isinstance(v, RecordedSurface)),
             annotations=tuple(v.annotation for v in waiting if isinstance(v, RecordedAnnotation)),
             gone=tuple(v.gone for v in waiting if isinstance(v, RecordedAvatarGone)),
+            placed=placed_in(waiting),
         )
         truth = next((GroundTruth(v) for v in values if isinstance(v, RecordedTruth)), None)
         tracks = tuple((v.method, v.track) for v in values if isinstance(v, RecordedTrack))

@@ -313,11 +313,14 @@ def _drop(_line: str) -> None:
 
 def _say_how_to_join(args: argparse.Namespace, hub: Hub | None) -> None:
     """Make the codes, which are good for two minutes, once the camera is there."""
+    from studio.live.people.desk import HELP, listen
     from studio.live.people.hosting import invitations_for, join_line
 
     hosting = hosting_of(args)
     if hub is not None and hosting is not None:
         _say(join_line(hub, hosting, invitations=invitations_for(hub, hosting)))
+        if not args.clients and listen(hub, hosting, say=_say) is not None:
+            _say(HELP)
 
 
 def _say(line: str) -> None:

@@ -106,8 +106,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Replay; exit 1 if the tracks differ from the recorded ones."""
+    from devices.recorded.index import is_whole
     from devices.recording import read_session
-    from devices.recording_index import is_whole
     from studio.console.display import why_no_window
     from studio.console.progress import text_progress
     from studio.rehearsal import perform

@@ -48,7 +48,7 @@ def draw_surface(
         world_from_camera: from where.
         live: the surface.
     """
-    quad = quad_of(live.surface.corners_in_world)
+    quad = quad_of(live.surface.seen_in_world)
     if not quad.faces(world_from_camera.translation):
         return
     outline = _outline(quad)

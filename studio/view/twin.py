@@ -91,6 +91,7 @@ class Twin:
         near_m: float = 0.05,
         coarse: bool = False,
         live: Sequence[LivePicture] = (),
+        things: Sequence[PosedSplats] = (),
     ) -> NDArray[np.uint8]:
         """(H, W, 3) RGB.
 
@@ -101,9 +102,16 @@ class Twin:
             near_m: what is nearer is left out.
             coarse: draw the room with fewer splats, if `make_coarse` was called.
             live: surfaces that show live video.
+            things: that people have put into the room, see `studio.view.shared_things`.
         """
         return self.drawn(
-            poses, camera, world_from_camera, near_m=near_m, coarse=coarse, live=live
+            poses,
+            camera,
+            world_from_camera,
+            near_m=near_m,
+            coarse=coarse,
+            live=live,
+            things=things,
         ).picture
 
     def drawn(
@@ -115,6 +123,7 @@ class Twin:
         near_m: float = 0.05,
         coarse: bool = False,
         live: Sequence[LivePicture] = (),
+        things: Sequence[PosedSplats] = (),
         opens: bool = False,
     ) -> DrawnTwin:
         """The picture as `picture` has it, with its depth.
@@ -130,7 +139,8 @@ class Twin:
         }
         behind = self._behind(camera, world_from_camera)
         options = RenderOptions(background=behind, near_m=near_m)
-        drawn = self._renderer.render([room, *posed.values()], camera, world_from_camera, options)
+        clouds = [room, *posed.values(), *things]
+        drawn = self._renderer.render(clouds, camera, world_from_camera, options)
         picture = (np.clip(drawn.rgb, 0.0, 1.0) * 255.0 + 0.5).astype(np.uint8)
         if isinstance(camera, Pinhole):
             self._lay_shadows(picture, drawn.depth, camera, world_from_camera, posed)
@@ -214,10 +224,13 @@ class Twin:
         camera = Pinhole(size_px, size_px, focal, focal, 0.5 * size_px, 0.5 * size_px)
         return camera, look_at(eye, np.array([*centre, 0.0]))
 
-    def picture_from_above(self, poses: Mapping[str, Pose], size_px: int) -> NDArray[np.uint8]:
+    def picture_from_above(
+        self, poses: Mapping[str, Pose], size_px: int, *, things: Sequence[PosedSplats] = ()
+    ) -> NDArray[np.uint8]:
         """(S, S, 3) RGB of the room without its ceiling, see `above`."""
         camera, world_from_camera = self.above(size_px)
-        return self.picture(poses, camera, world_from_camera, near_m=ABOVE_M - CUT_M)
+        near_m = ABOVE_M - CUT_M
+        return self.picture(poses, camera, world_from_camera, near_m=near_m, things=things)
 
 
 def usual_colour(room: SplatCloud) -> Colour:

@@ -16,6 +16,7 @@ from scenes.pose import Pose
 from scenes.render.reduction import thinned
 from scenes.splats import SplatCloud
 from scenes.state import ObjectModel
+from studio.evaluate.scores import SYMMETRY_OF_KIND
 from studio.session.opening import scene_hash
 from studio.session.pipeline import CancelledError
 from studio.web.browser_spz import write_browser_spz
@@ -25,7 +26,7 @@ from studio.web.views import first_places, views_of
 MANIFEST = "manifest.json"
 """File with everything but the splats."""
 
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
 """Of the manifest; files of another version are made again."""
 
 MAX_SPLATS = 400_000
@@ -189,9 +190,14 @@ def _manifest(scene: ScenePackage, *, room_part: str | None, shadows: set[str]) 
     }
 
 
-def _size(item: ObjectModel) -> dict[str, float]:
+def _size(item: ObjectModel) -> dict[str, Any]:
     middle, radius = item.sphere()
-    return {"middle_m": round(float(middle[2]), 3), "radius_m": round(radius, 3)}
+    return {
+        "middle_m": round(float(middle[2]), 3),
+        "radius_m": round(radius, 3),
+        "box_m": [round(float(side), 3) for side in item.box_m],
+        "symmetry": SYMMETRY_OF_KIND.get(item.kind, 1),
+    }
 
 
 def _on_the_wire(world_from_object: Pose) -> list[float]:

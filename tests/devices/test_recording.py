@@ -11,6 +11,15 @@ from mcap.writer import IndexType, Writer
 from devices import recording
 from devices.clock import ManualClock
 from devices.messages import EncodedFrame, Event
+from devices.recorded.index import is_whole
+from devices.recorded.people import (
+    RecordedAnnotation,
+    RecordedAvatar,
+    RecordedAvatarGone,
+    RecordedPrimitive,
+    RecordedProposal,
+    RecordedSurface,
+)
 from devices.recording import (
     Recorder,
     RecordingError,
@@ -18,17 +27,7 @@ from devices.recording import (
     read_recording,
     read_session,
 )
-from devices.recording_codec import (
-    FrameStamp,
-    RecordedAnnotation,
-    RecordedAvatar,
-    RecordedAvatarGone,
-    RecordedSurface,
-    RecordedTrack,
-    RecordedTruth,
-    encode_message,
-)
-from devices.recording_index import is_whole
+from devices.recording_codec import FrameStamp, RecordedTrack, RecordedTruth, encode_message
 from devices.replay import ReplayCamera
 from devices.session_info import (
     ForkOrigin,
@@ -47,6 +46,8 @@ from scenes.state import (
     Avatar,
     AvatarGone,
     LiveSurface,
+    Proposal,
+    SharedPrimitive,
     TrackedObject,
     TrackState,
 )
@@ -108,14 +109,24 @@ def messages(seed=0):
             RecordedAvatar(
                 t_ns, Avatar("ben", "remote", pose, (np.zeros((0, 3)), rng.normal(size=(25, 3))))
             ),
+            RecordedAvatar(t_ns, Avatar("p1", "local", pose, name="Zoë")),
             RecordedAvatarGone(t_ns, AvatarGone("ann")),
             FrameStamp(
                 "camera-360", seq, t_ns, t_ns + 5, pose, (8.5,) * seq, (None, False, True)[seq % 3]
             ),
             *encoder.encode(picture, seq, t_ns),
             Event(t_ns, "scenario", "push", "chair-1 is pushed"),
+            RecordedPrimitive(
+                t_ns, SharedPrimitive("p1/b", "p1", "arrow", (1 / 3, 0.1, 0.2), (1, 0, 1 / 7), pose)
+            ),
+            RecordedPrimitive(t_ns, SharedPrimitive("p1/d", "p1", None, (0,) * 3, (1,) * 3, pose)),
+            RecordedProposal(t_ns, Proposal("p1/c", "p1", "Zoë", "chair-1", pose)),
+            RecordedProposal(t_ns, Proposal("p1/e", "p1", "", "", pose)),
             RecordedSurface(
                 t_ns, LiveSurface("board", rng.normal(size=(4, 3)), (320, 200), "camera-360")
+            ),
+            RecordedSurface(
+                t_ns, LiveSurface("tv", np.eye(4, 3), (32, 20), "c", rng.normal(size=(4, 3)))
             ),
             RecordedSurface(t_ns, LiveSurface("desk", np.zeros((0, 3)), (0, 0), "camera-360")),
             RecordedTrack(

@@ -1,19 +1,24 @@
 import dataclasses
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scenes.pose import Pose
+from scenes.pose import Pose, rotation_from_vector
 from scenes.state import (
     Annotation,
     Avatar,
     AvatarGone,
     LiveSurface,
+    Proposal,
     SceneState,
+    SharedPrimitive,
     TrackedObject,
     TrackState,
+    id_of,
+    is_there,
     reduce_state,
 )
 
@@ -28,6 +33,8 @@ CHANGES = [
     (LiveSurface("a", np.zeros((4, 3)), (4, 3), "cam"), "surfaces"),
     (Avatar("a", "remote", Pose.identity()), "avatars"),
     (Annotation("a", "u", np.zeros((2, 3)), (1, 0, 0)), "annotations"),
+    (SharedPrimitive("a", "u", "box", (1, 1, 1), (1, 0, 0), Pose.identity()), "primitives"),
+    (Proposal("a", "u", "Ann", "chair", Pose.identity()), "proposals"),
 ]
 
 
@@ -107,3 +114,57 @@ def test_what_is_removed_is_gone_and_what_was_never_there_changes_nothing(added,
     assert getattr(state, where) == {"a": change}
     assert reduce_state(without, removal, 3) is without
     assert reduce_state(without, change, 4).version == 3
+
+
+def test_things_of_people_come_change_and_go():
+    pose = Pose.from_yaw(0.3, (1, 2, 0))
+    body = SharedPrimitive("p1/b", "p1", "box", (1, 1, 1), (1, 0, 0), pose)
+    copy = Proposal("p1/c", "p1", "Ann", "chair-1", pose)
+    state = reduce_state(reduce_state(SceneState(), body, 1), copy, 2)
+    assert state.primitives["p1/b"] is body
+    assert state.proposals["p1/c"] is copy
+    assert (id_of(body), id_of(copy), is_there(body), is_there(copy)) == (
+        "p1/b",
+        "p1/c",
+        True,
+        True,
+    )
+    gone = reduce_state(state, replace(body, shape=None), 3)
+    gone = reduce_state(gone, replace(copy, object_id=""), 4)
+    assert not gone.primitives
+    assert not gone.proposals
+    assert gone.version == 4
+    assert reduce_state(gone, replace(copy, object_id=""), 5) is gone
+
+
+def test_a_carried_surface_is_seen_elsewhere():
+    corners = np.eye(4, 3)
+    surface = LiveSurface("tv", corners, (16, 16), "cam")
+    assert surface.seen_in_world is corners
+    assert replace(surface, carried_to=corners + 1).seen_in_world[0, 0] == 2
+
+
+@pytest.mark.parametrize(
+    ("off_m", "yaw_deg", "tilt_deg", "symmetry", "is_met"),
+    [
+        (0.04, 9, 0, 1, True),
+        (0.06, 0, 0, 1, False),
+        (0.0, 11, 0, 1, False),
+        (0.0, 0, 11, 1, False),
+        (0.0, 180, 0, 1, False),
+        (0.0, 185, 0, 2, True),
+        (0.0, 95, 0, 2, False),
+        (0.0, 95, 0, 4, True),
+        (0.0, -85, 5, 4, True),
+        (0.0, 123, 0, 0, True),
+        (0.0, 123, 12, 0, False),
+    ],
+)
+def test_an_object_stands_as_proposed_within_5_cm_and_10_degrees(
+    off_m, yaw_deg, tilt_deg, symmetry, is_met
+):
+    wanted = Pose.from_yaw(0.7, (1, 2, 0))
+    tilt = Pose(rotation_from_vector([np.radians(tilt_deg), 0, 0]), np.zeros(3))
+    turn = Pose.from_yaw(np.radians(yaw_deg), (0, 0, off_m)) @ tilt
+    copy = Proposal("c", "p1", "Ann", "chair-1", wanted)
+    assert copy.is_met(wanted @ turn, symmetry=symmetry) == is_met

@@ -14,7 +14,6 @@ from studio.app.film.film_picture import FilmSet
 from studio.app.film.moments import Moment
 from studio.app.film.plan import FilmPlan
 from studio.app.model.actions import Action, Choice
-from studio.app.model.names import shown_name
 from studio.app.model.workbench import Topic, Workbench
 from studio.app.viewport.drawing.scene_drawing import Drawings
 from studio.app.viewport.insets.insets import Insets
@@ -218,7 +217,7 @@ class ViewFilms(QWidget):
 
     def _title(self, source: str, view: TwinView | None) -> str:
         if view is None:
-            return title_of(source, self.bench.document, self.bench.scene)
+            return title_of(source, self.bench.name_of(source))
         views = self._filmed.views
         return f"view {views.index(view) + 1}" if len(views) > 1 else "the view"
 
@@ -301,7 +300,7 @@ class ViewFilms(QWidget):
             for n in range(1, len(views) + 1)
         ]
         for source in sources_of(bench.state, bench.document, bench.scene):
-            name = shown_name(source, bench.document, bench.scene)
+            name = bench.name_of(source)
             found.append(Choice(name, {"source": source}))
         return found
 

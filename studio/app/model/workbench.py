@@ -246,7 +246,7 @@ class Workbench:
 
     def name_of(self, item_id: str) -> str:
         """Return the shown name of an item, see `shown_name`."""
-        return shown_name(item_id, self._document, self.scene)
+        return shown_name(item_id, self._document, self.scene, people=self._state.avatars)
 
     def _happen(self, happening: Happening, recording: Path | None = None) -> None:
         self.standing = after(self.standing, happening, recording)

@@ -60,13 +60,15 @@ class PersonRow(QFrame):
         self.look = QPushButton("Look from theirs")
         self.look.setToolTip("the view follows their eyes until it is moved by hand")
         self.look.clicked.connect(self._follow)
+        self.pen = QPushButton()
+        self.pen.clicked.connect(self._give_pen)
         self.mute = QPushButton()
         self.mute.clicked.connect(self._mute)
         self.remove = QPushButton("Remove")
         self.remove.setToolTip("they need a new code to come back")
         self.remove.clicked.connect(self._remove)
         buttons = QHBoxLayout()
-        for button in (self.look, self.mute, self.remove):
+        for button in (self.look, self.pen, self.mute, self.remove):
             buttons.addWidget(button)
         buttons.addStretch(1)
         layout = QGridLayout(self)
@@ -107,6 +109,11 @@ class PersonRow(QFrame):
             else "refuse their body and what they do"
         )
         self.look.setEnabled(can_look)
+        self.pen.setText("Pen to all" if person.has_pen else "Give the pen")
+        self.pen.setToolTip(
+            "everybody draws again" if person.has_pen else "they alone may draw and put things"
+        )
+        self.pen.setEnabled(str(person.role) != "spectator")
 
     def recolour(self) -> None:
         """Follow the theme."""
@@ -119,6 +126,9 @@ class PersonRow(QFrame):
 
     def _follow(self) -> None:
         self._bench.do("people.follow", person=self.person.person_id)
+
+    def _give_pen(self) -> None:
+        self._bench.do("people.give_pen", person=self.person.person_id)
 
     def _mute(self) -> None:
         self._bench.do("people.mute", person=self.person.person_id, muted=not self.person.is_muted)

@@ -31,8 +31,8 @@ STARTS = {
 """Sentences of the states."""
 
 ROLE_HINTS = {
-    "local": "in the room itself: seen, points, draws, makes surfaces live",
-    "remote": "elsewhere: seen, points, draws, makes surfaces live",
+    "local": "in the room itself: seen, points, draws, puts things, makes surfaces live",
+    "remote": "elsewhere: seen, points, draws, puts things, makes surfaces live",
     "operator": "as remote; who operates the session does so in this window",
     "spectator": "looks on: seen, and changes nothing",
 }
@@ -58,6 +58,8 @@ def state_of(person: Person) -> State:
         return State("warning", "away, may come back")
     if person.is_muted:
         return State("calm", "muted")
+    if person.has_pen:
+        return State("good", "has the pen")
     if person.latency_ms is None:
         return State("unknown", "just came")
     if person.latency_ms > WORSE_MS:

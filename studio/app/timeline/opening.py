@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from devices.recording_index import is_whole
+from devices.recorded.index import is_whole
 from scenes.package import ScenePackage
 from scenes.state import ObjectModel
 from scenes.workers.task import Task

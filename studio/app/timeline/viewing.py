@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from devices.clock import WallClock
-from devices.recording_index import is_whole
+from devices.recorded.index import is_whole
 from scenes.state import SceneState
 from scenes.workers.task import Task
 from studio.app.model.log import Level

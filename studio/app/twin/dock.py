@@ -43,6 +43,7 @@ SHOW_MS = 80
 ICONS = {
     ItemKind.OBJECT: "mdi6.chair-rolling",
     ItemKind.PRIMITIVE: "mdi6.cube-outline",
+    ItemKind.PROPOSAL: "mdi6.cube-send",
     ItemKind.AVATAR: "mdi6.account-outline",
     ItemKind.CAMERA: "mdi6.video-outline",
     ItemKind.SURFACE: "mdi6.vector-square",

@@ -45,6 +45,7 @@ class ItemKind(Enum):
     SURFACE = "surface"
     ANNOTATION = "annotation"
     MESH = "mesh"
+    PROPOSAL = "proposal"
 
 
 TURNABLE = frozenset(ItemKind) - {ItemKind.SURFACE, ItemKind.ANNOTATION}

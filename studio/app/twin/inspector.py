@@ -118,6 +118,8 @@ class Inspector(QWidget):
         if not self.name.hasFocus():
             _set_text(self.name, item.name)
         is_by_hand = self._bench.is_by_hand or item.kind is not ItemKind.OBJECT
+        is_by_hand = is_by_hand and not item.is_of_session
+        self.name.setReadOnly(item.is_of_session)
         self.state.setText(item.state)
         for spin, value in zip(self.place, item.world_from_item.translation.tolist(), strict=True):
             _set_value(spin, value)
@@ -137,13 +139,13 @@ class Inspector(QWidget):
         self.mass.setText("–" if item.mass_kg is None else f"{about}{item.mass_kg:.2f} kg")
         self.sigma.setText(_certainty(item))
         self.reset.setEnabled(item.is_moved and is_by_hand)
-        self.remove.setEnabled(item.kind is not ItemKind.OBJECT)
+        self.remove.setEnabled(item.kind is not ItemKind.OBJECT and not item.is_of_session)
         self.frame.setEnabled(any(name in self._bench.actions for name in FRAME_ACTIONS))
 
     def _show_size(self, item: TwinItem) -> None:
         """Fields where a size can be changed, else one line: less to scroll past."""
         mesh = self._bench.document.twin.meshes.get(item.item_id)
-        is_sized = item.kind in (ItemKind.PRIMITIVE, ItemKind.MESH)
+        is_sized = item.kind in (ItemKind.PRIMITIVE, ItemKind.MESH) and not item.is_of_session
         for spin, side in zip(self.extent, item.size_m or (0.0, 0.0, 0.0), strict=True):
             _set_value(spin, side)
             spin.setEnabled(is_sized)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,12 +12,14 @@ from scenes.package import ScenePackage
 from scenes.pose import Pose
 from scenes.state import SceneState, TrackedObject, TrackState
 from studio.app.model.documents.document import Document
+from studio.app.model.names import shown_name
 from studio.app.twin.bodies import mass_kg
 from studio.app.twin.edits import ItemKind, heading_rad, kind_of, name_of, pose_of
 
 TITLES = {
     ItemKind.OBJECT: "Objects",
     ItemKind.PRIMITIVE: "Primitives",
+    ItemKind.PROPOSAL: "Proposals",
     ItemKind.AVATAR: "People",
     ItemKind.CAMERA: "Cameras",
     ItemKind.SURFACE: "Live surfaces",
@@ -51,6 +53,7 @@ class TwinItem:
         confidence: 0..1 of the tracker, or None where nothing is tracked.
         sigma: 1-sigma of x, y, z in m and yaw in rad, or None.
         is_moved: whether it is an object that was moved by hand.
+        is_of_session: whether people of the session have it, and hands here cannot change it.
     """
 
     item_id: str
@@ -64,6 +67,7 @@ class TwinItem:
     confidence: float | None = None
     sigma: tuple[float, float, float, float] | None = None
     is_moved: bool = False
+    is_of_session: bool = False
 
 
 def scanned_poses(scene: ScenePackage | None) -> dict[str, Pose]:
@@ -91,7 +95,46 @@ def items_of(
     tables = (twin.primitives, twin.avatars, twin.cameras, twin.surfaces, twin.annotations)
     for table in (*tables, twin.meshes):
         items += [_added_item(document, scanned, key) for key in table]
+    known = {item.item_id for item in items}
+    items += [
+        item
+        for item in _items_of_session(state, scene=scene, document=document)
+        if item.item_id not in known
+    ]
     return tuple(items)
+
+
+def _items_of_session(
+    state: SceneState, *, scene: ScenePackage | None, document: Document
+) -> Iterator[TwinItem]:
+    """Yield people, and what they have put into the room."""
+
+    def called(item_id: str) -> str:
+        return shown_name(item_id, document, scene, people=state.avatars)
+
+    for key, avatar in state.avatars.items():
+        pose, kind = avatar.world_from_head, ItemKind.AVATAR
+        yaw = math.degrees(heading_rad(kind, pose))
+        where = "on site" if avatar.role == "local" else "elsewhere"
+        yield TwinItem(key, kind, called(key), where, pose, yaw, is_of_session=True)
+    for key, body in state.primitives.items():
+        pose, state_words = body.world_from_primitive, f"of {called(body.user_id)}"
+        kind, name = ItemKind.PRIMITIVE, body.shape or key
+        yaw = math.degrees(heading_rad(kind, pose))
+        yield TwinItem(
+            key, kind, name, state_words, pose, yaw, size_m=body.size_m, is_of_session=True
+        )
+    for key, proposal in state.proposals.items():
+        pose, kind = proposal.world_from_object, ItemKind.PROPOSAL
+        yaw = math.degrees(heading_rad(kind, pose))
+        who = proposal.user_name or called(proposal.user_id)
+        yield TwinItem(
+            key, kind, called(proposal.object_id), f"of {who}", pose, yaw, is_of_session=True
+        )
+    for key, surface in state.surfaces.items():
+        place = Pose(np.eye(3), surface.seen_in_world.mean(axis=0))
+        words = "in its place" if surface.carried_to is None else "carried away"
+        yield TwinItem(key, ItemKind.SURFACE, key, words, place, None, is_of_session=True)
 
 
 def _object_item(

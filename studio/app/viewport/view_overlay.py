@@ -28,7 +28,9 @@ from studio.app.viewport.drawing.floor_errors import STOPS, FloorErrors
 from studio.app.viewport.drawing.shapes import box_edges, pieces
 from studio.app.viewport.labels import Wanted, spread
 from studio.app.viewport.layers import Layers
+from studio.evaluate.scores import SYMMETRY_OF_KIND
 from studio.view.overlay import STATE_COLOURS, STATE_WORDS
+from studio.view.shared_things import MET, OPEN, met_proposals
 
 BACKDROP = QColor(14, 16, 20)
 INK, GROUND = QColor(236, 239, 243), QColor(14, 16, 20, 190)
@@ -126,6 +128,7 @@ class Overlay:
         labels = self._objects(state, document, scene)
         if people:
             labels += self._people(state, document, scene)
+        labels += self._proposals(state, document=document, scene=scene)
         metrics = self._painter.fontMetrics()
         wanted: list[Wanted] = []
         for label in labels:
@@ -165,8 +168,26 @@ class Overlay:
         found: list[_Label] = []
         for key, avatar in state.avatars.items():
             above = avatar.world_from_head.translation + np.array([0, 0, 0.22])
-            name = shown_name(key, document, scene)
+            name = shown_name(key, document, scene, people=state.avatars)
             found += self._labels_at(above, QPointF(), name, INK)
+        return found
+
+    def _proposals(
+        self, state: SceneState, *, document: Document, scene: ScenePackage | None
+    ) -> list[_Label]:
+        models = {} if scene is None else {item.object_id: item for item in scene.objects}
+        poses = {key: track.world_from_object for key, track in state.objects.items()}
+        proposals = state.proposals.values()
+        met = met_proposals(proposals, poses, models=models, symmetry_of_kind=SYMMETRY_OF_KIND)
+        found: list[_Label] = []
+        for each in proposals:
+            who = each.user_name or shown_name(each.user_id, document, scene, people=state.avatars)
+            what, is_met = shown_name(each.object_id, document, scene), each.proposal_id in met
+            text = f"✔ {what} stands as proposed by {who}" if is_met else f"{who}: {what} here"
+            height = models[each.object_id].box_m[2] if each.object_id in models else 0.3
+            top = each.world_from_object.translation + np.array([0, 0, height + 0.05])
+            colour = QColor.fromRgbF(*(MET if is_met else OPEN))
+            found += self._labels_at(top, QPointF(0, -6), text, colour)
         return found
 
     def _labels_at(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 from contextlib import ExitStack
+from dataclasses import replace
 
 from devices.clock import Clock
 from devices.hub.contract import Arrived
@@ -18,8 +19,8 @@ from studio.live.people.hosting import Hosting, hosted
 class Doors:
     """People in a session that lets nobody in at first. Methods may be called from any thread.
 
-    Opened again, it lets people back in with the tokens that they have, where the address is the
-    same for them.
+    Opened again, it listens at the same port, and lets people back in with the tokens that they
+    have.
 
     Args:
         scene: shown to those who join.
@@ -34,6 +35,7 @@ class Doors:
         self._hosting: Hosting | None = None
         self._opened = ExitStack()
         self._changing = threading.Lock()
+        self._port = 0
         self._is_over = False
 
     @property
@@ -59,12 +61,21 @@ class Doors:
             if self._hub is not None and hosting == self._hosting:
                 return self._hub
             self._shut()
-            entering = hosted(
-                hosting, self._scene, clock=self._clock, say=self._say, tokens=self._tokens
-            )
-            self._hub = self._opened.enter_context(entering)
-            self._hosting = hosting
+            try:
+                self._hub = self._enter(replace(hosting, port=hosting.port or self._port))
+            except OSError:
+                if hosting.port or not self._port:
+                    raise
+                self._say(f"people: port {self._port} is taken, another one is opened")
+                self._hub = self._enter(hosting)
+            self._hosting, self._port = hosting, self._hub.port
             return self._hub
+
+    def _enter(self, hosting: Hosting) -> Hub:
+        entering = hosted(
+            hosting, self._scene, clock=self._clock, say=self._say, tokens=self._tokens
+        )
+        return self._opened.enter_context(entering)
 
     def close(self) -> None:
         """Say goodbye to everybody; the doors can be opened again."""

@@ -11,7 +11,17 @@ import numpy as np
 
 from devices.hub.contract import Arrived
 from devices.messages import Event, Frame
-from scenes.state import Annotation, Avatar, AvatarGone, LiveSurface, SceneState
+from scenes.quad import quad_of
+from scenes.state import (
+    Annotation,
+    Avatar,
+    AvatarGone,
+    LiveSurface,
+    Placed,
+    SceneState,
+    id_of,
+    is_there,
+)
 from studio.session.live_surfaces import live_surface
 from studio.session.sources import PEOPLE, SessionMessage
 
@@ -35,6 +45,12 @@ MAX_SURFACES = 16
 
 MAX_SURFACES_A_FRAME = 16
 """Surfaces that enter with one frame; the others come with the next ones. A session takes 64."""
+
+MAX_PLACED = 320
+"""Primitives and proposals of people in one session, chosen: more than a hub takes."""
+
+MAX_PLACED_A_FRAME = 64
+"""Primitives and proposals that enter with one frame; the others come with the next ones."""
 
 MAX_EVENTS_A_FRAME = 32
 """Events of people that enter with one frame; of more, only the number is said."""
@@ -78,6 +94,7 @@ class Entrance:
         self._people = people
         self._shown: dict[str, _Shown] = {}
         self._lines: _Items[Annotation] = _Items(MAX_LINES)
+        self._placed: _Items[Placed] = _Items(MAX_PLACED)
         self._surfaces: _Items[LiveSurface] = _Items(MAX_SURFACES)
         self._sent: dict[str, tuple[LiveSurface, LiveSurface]] = {}
         """Surfaces by id, as they entered and as people sent them."""
@@ -106,6 +123,7 @@ class Entrance:
         gone = self._see(arrived.avatars, t_ns)
         lines = self._enter_lines(arrived.lines, events, t_ns=t_ns)
         surfaces = self._enter_surfaces(arrived.surfaces, events, frame=live.frame)
+        placed = self._enter_placed(arrived.placed, events, t_ns=t_ns)
         more = len(events) - MAX_EVENTS_A_FRAME
         if more > 0:
             del events[MAX_EVENTS_A_FRAME:]
@@ -119,6 +137,7 @@ class Entrance:
                 surfaces=(*live.surfaces, *surfaces),
                 annotations=(*live.annotations, *lines),
                 gone=(*live.gone, *gone),
+                placed=(*live.placed, *placed),
             ),
         )
 
@@ -135,12 +154,19 @@ class Entrance:
         self, arrived: Iterable[Annotation], events: list[Event], *, t_ns: int
     ) -> list[Annotation]:
         for line in arrived:
-            if not self._lines.wants(
-                line.annotation_id, line, is_there=len(line.points_in_world) > 0
-            ):
+            if not self._lines.wants(line.annotation_id, line, is_there=is_there(line)):
                 why = f"line {line.annotation_id}: there are {MAX_LINES}; erase some"
                 events.append(Event(t_ns, PEOPLE, "refused", why))
         return list(self._lines.taken(MAX_LINES_A_FRAME).values())
+
+    def _enter_placed(
+        self, arrived: Iterable[Placed], events: list[Event], *, t_ns: int
+    ) -> list[Placed]:
+        for thing in arrived:
+            if not self._placed.wants(id_of(thing), thing, is_there=is_there(thing)):
+                why = f"{id_of(thing)}: there are {MAX_PLACED} primitives and proposals"
+                events.append(Event(t_ns, PEOPLE, "refused", f"{why}; erase some"))
+        return list(self._placed.taken(MAX_PLACED_A_FRAME).values())
 
     def _enter_surfaces(
         self, arrived: Iterable[LiveSurface], events: list[Event], *, frame: Frame
@@ -150,22 +176,40 @@ class Entrance:
             events.append(Event(frame.t_ns, PEOPLE, "refused", text))
 
         for surface in arrived:
-            is_there = len(surface.corners_in_world) > 0
-            if not self._surfaces.wants(surface.surface_id, surface, is_there=is_there):
+            if not self._surfaces.wants(surface.surface_id, surface, is_there=is_there(surface)):
                 refuse(surface, f"there are {MAX_SURFACES}; remove one")
         entered: list[LiveSurface] = []
         for key, surface in self._surfaces.taken(MAX_SURFACES_A_FRAME).items():
             try:
-                seen = _as_seen(surface, frame)
+                seen = self._as_seen(surface, frame)
             except ValueError as error:
-                self._surfaces.forget(key)
+                if key not in self._sent:  # else it stays as it was
+                    self._surfaces.forget(key)
                 refuse(surface, error)
                 continue
             entered.append(seen)
             self._sent[key] = (seen, surface)
-            if len(surface.corners_in_world) == 0:
+            if not is_there(surface):
                 del self._sent[key]
         return entered
+
+    def _as_seen(self, surface: LiveSurface, frame: Frame) -> LiveSurface:
+        """Return a surface as fine as the camera sees it; one that is removed as it is.
+
+        Raises:
+            ValueError: it cannot be shown.
+        """
+        if not is_there(surface):
+            return replace(surface, size_px=(0, 0), stream_id=frame.stream_id)
+        if surface.carried_to is not None:
+            quad_of(surface.carried_to)
+        known, sent = self._sent.get(surface.surface_id, (None, None))
+        corners = surface.corners_in_world
+        if known and sent and np.array_equal(sent.corners_in_world, corners):
+            # Carried, it is filmed as before: a picture of another size would begin anew.
+            return replace(known, carried_to=surface.carried_to)
+        made = live_surface(surface.surface_id, corners, frame)
+        return replace(made, carried_to=surface.carried_to)
 
 
 class _Items(Generic[T]):
@@ -205,17 +249,6 @@ class _Items(Generic[T]):
     def forget(self, key: str) -> None:
         """Count an item as not there."""
         self._there.discard(key)
-
-
-def _as_seen(surface: LiveSurface, frame: Frame) -> LiveSurface:
-    """Return a surface as fine as the camera sees it; one that is removed as it is.
-
-    Raises:
-        ValueError: it cannot be shown.
-    """
-    if len(surface.corners_in_world) == 0:
-        return replace(surface, size_px=(0, 0), stream_id=frame.stream_id)
-    return live_surface(surface.surface_id, surface.corners_in_world, frame)
 
 
 def _rounded(avatar: Avatar) -> Avatar:

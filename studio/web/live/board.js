@@ -1,10 +1,10 @@
-// Lines that people draw, and surfaces that they mark: shown as the studio's log says, one's own at
+// Lines that people draw, and frames of surfaces that they mark: shown as the studio's log says, one's own at
 // once. A line is sent whole again as it grows.
 import * as THREE from "three";
 import { Line } from "shared/shapes.js";
 
 const LINE_WIDTH_M = 0.009;
-const FRAME_WIDTH_M = 0.012;
+const WIDTHS_M = { line: LINE_WIDTH_M, surface: 0.012, preview: 0.012, filmed: 0.004 };
 const FRAME_COLOUR = [0.94, 0.78, 0.2];
 const STEP_M = 0.015; // between two points
 const MAX_POINTS = 600; // of a line; a longer one goes on as another
@@ -33,9 +33,6 @@ export class Board {
     for (const [id, line] of Object.entries(state.lines ?? {})) {
       this.#show(`line:${id}`, line.points, line.colour);
     }
-    for (const [id, { corners }] of Object.entries(state.surfaces ?? {})) {
-      this.#show(`surface:${id}`, framed(corners), FRAME_COLOUR);
-    }
   }
 
   /** Takes an entry of the log. */
@@ -44,9 +41,13 @@ export class Board {
       // What one draws oneself is further than what comes back of it.
       if (this.own !== null && entry.line.endsWith(this.own.name)) return;
       this.#show(`line:${entry.line}`, entry.points ?? [], entry.colour ?? [1, 1, 1]);
-    } else if (entry.op === "surface") {
-      this.#show(`surface:${entry.surface}`, framed(entry.corners ?? []), FRAME_COLOUR);
     }
+  }
+
+  /** Shows the frame of a surface, where it is seen and, thinner, where it is filmed. */
+  frame(id, corners, seen) {
+    this.#show(`surface:${id}`, framed(seen ?? corners), FRAME_COLOUR);
+    this.#show(`filmed:${id}`, seen === null ? [] : framed(corners), FRAME_COLOUR);
   }
 
   /** Begins a line. */
@@ -144,7 +145,7 @@ export class Board {
       this.drawn.delete(key);
     } else {
       if (line === undefined) {
-        line = new Line(key.startsWith("line:") ? LINE_WIDTH_M : FRAME_WIDTH_M);
+        line = new Line(WIDTHS_M[key.split(":")[0]] ?? LINE_WIDTH_M);
         this.drawn.set(key, line);
         this.upright.add(line.group);
       }

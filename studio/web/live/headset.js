@@ -18,13 +18,14 @@ const TIP_M = 0.06; // before a controller, where it draws
 const PINCH_M = 0.015;
 const ARC_COLOUR = [0.34, 0.71, 0.91];
 const ELBOW_ROOM_M = 0.25; // so far from the walls one stands
-const [THUMB_TIP, MIDDLE_TIP] = [4, 14];
-const UPPER_BUTTON = 5; // B and Y: takes the last line back
+const [THUMB_TIP, INDEX_TIP, MIDDLE_TIP] = [4, 9, 14];
+const UPPER_BUTTON = 5; // B and Y: takes back what one did last, or removes what the hand carries
 
 export class Headset {
-  /** `figure` shows one's own hands; `ink()` is the colour to draw with. */
-  constructor(room, board, figure, ink, ended) {
-    Object.assign(this, { room, board, figure, ink, ended });
+  /** `figure` shows one's own hands; `tools` has the colour to draw with; `grab` carries things and
+      `palette` shows tools. */
+  constructor(room, board, figure, { tools, grab, palette, ended }) {
+    Object.assign(this, { room, board, figure, tools, grab, palette, ended });
     this.rig = new THREE.Group();
     this.rig.visible = true;
     room.upright.add(this.rig);
@@ -35,6 +36,7 @@ export class Headset {
     this.drawing = null; // the side that draws
     this.landing = null;
     this.turned = false;
+    this.steppedAt = performance.now();
   }
 
   /** Words that say why no headset can be entered; null if one can. */
@@ -94,7 +96,11 @@ export class Headset {
     this.rig.updateMatrix();
     const head = this.#placed(viewer.transform);
     const body = { head, controllers: [null, null], hands: [null, null], ray: null };
+    const now = performance.now();
+    this.seconds = Math.min(0.1, (now - this.steppedAt) / 1000);
+    this.steppedAt = now;
     let aiming = null;
+    let tip = null; // of the right hand, which touches the palette
     for (const source of this.session.inputSources) {
       if (source.handedness === "none") continue;
       const side = sideOf(source);
@@ -104,12 +110,17 @@ export class Headset {
       if (aim === null) continue;
       const jumps = source.hand
         ? side === 0 && this.sides[side].select && performance.now() - this.sides[side].since > HOLD_MS
-        : this.#stick(source, side, viewer);
+        : !this.grab.holds(side) && this.#stick(source, side, viewer);
       if (jumps) aiming = aim;
       else if (this.sides[side].select && !(source.hand && side === 0)) body.ray = this.#rayFrom(aim);
-      this.#draw(side, source, aim, body.hands[side]);
+      const hand = { aim, pose: body.controllers[side]?.grip ?? this.#wrist(frame, source, space) ?? aim,
+        joints: body.hands[side]?.joints ?? null };
+      this.#work(side, source, hand);
       this.#undo(side, source);
+      if (side === 1) tip = hand.joints === null ? before(aim) : joint(hand.joints, INDEX_TIP);
     }
+    const left = body.controllers[0]?.grip ?? body.hands[0]?.joints.slice(0, 3) ?? null;
+    this.palette.step(head, left, tip);
     this.#aim(aiming, viewer);
     const grips = body.controllers.map((controller) => controller?.grip ?? null);
     this.figure.show({ head: null, hands: body.hands, grips, ray: body.ray });
@@ -176,21 +187,27 @@ export class Headset {
     return place;
   }
 
-  /** Draws in the air: by the grip of a controller, by thumb and middle finger of a hand. */
-  #draw(side, source, aim, hand) {
-    const at = (joint) => new THREE.Vector3().fromArray(hand.joints, 3 * joint);
+  /** Carries or draws in the air: by the grip of a controller, by thumb and middle finger of a hand. */
+  #work(side, source, { aim, pose, joints }) {
+    const state = this.sides[side];
     let tip = null;
     if (source.hand) {
-      const pinches = hand !== null && at(THUMB_TIP).distanceTo(at(MIDDLE_TIP)) < PINCH_M;
-      if (pinches) tip = at(MIDDLE_TIP);
-    } else if (this.sides[side].squeeze) {
-      tip = new THREE.Vector3(0, 0, -TIP_M)
-        .applyQuaternion(new THREE.Quaternion().fromArray(aim, 3))
-        .add(new THREE.Vector3().fromArray(aim));
-    }
-    if (tip !== null && this.drawing === null && this.canDraw) {
+      const pinches = joints !== null
+        && joint(joints, THUMB_TIP).distanceTo(joint(joints, MIDDLE_TIP)) < PINCH_M;
+      if (pinches) tip = joint(joints, MIDDLE_TIP);
+    } else if (state.squeeze) tip = before(aim);
+    const begins = tip !== null && !state.grips;
+    state.grips = tip !== null;
+    if (begins && !this.grab.begin(side, { tip, pose, aim, points: state.select })
+      && this.drawing === null && this.canDraw) {
       this.drawing = side;
-      this.board.begin(this.ink());
+      this.board.begin(this.tools.ink);
+    }
+    if (this.grab.holds(side)) {
+      const [sideways, forwards] = (source.gamepad?.axes ?? []).slice(2);
+      if (tip === null) this.grab.end(side);
+      else this.grab.move(side, { tip, pose, aim }, [sideways ?? 0, forwards ?? 0], this.seconds);
+      return;
     }
     if (this.drawing !== side) return;
     if (tip !== null) this.board.extend(tip.toArray(), performance.now());
@@ -203,7 +220,10 @@ export class Headset {
   #undo(side, source) {
     const state = this.sides[side];
     const isDown = source.gamepad?.buttons[UPPER_BUTTON]?.pressed ?? false;
-    if (isDown && !state.undoes && this.canDraw) this.board.undo();
+    if (isDown && !state.undoes) {
+      if (this.grab.holds(side)) this.grab.drop(side);
+      else if (this.canUndo) this.board.undo();
+    }
     state.undoes = isDown;
   }
 
@@ -239,6 +259,11 @@ export class Headset {
     return { joints, radii };
   }
 
+  #wrist(frame, source, space) {
+    const pose = source.hand ? frame.getJointPose(source.hand.get("wrist"), space) : null;
+    return pose ? this.#placed(pose.transform) : null;
+  }
+
   #poseOf(frame, what, space) {
     const pose = frame.getPose(what, space);
     return pose ? this.#placed(pose.transform) : null;
@@ -257,6 +282,8 @@ export class Headset {
     this.session = null;
     this.board.end();
     this.drawing = null;
+    for (const side of [0, 1]) this.grab.end(side);
+    this.palette.hide();
     this.sides = [freshSide(), freshSide()];
     this.arc.clear();
     this.figure.show({});
@@ -271,7 +298,16 @@ export class Headset {
 }
 
 function freshSide() {
-  return { select: false, squeeze: false, since: 0, turned: false, aims: false, undoes: false };
+  return { select: false, squeeze: false, since: 0, turned: false, aims: false, undoes: false,
+    grips: false };
+}
+
+const joint = (joints, i) => new THREE.Vector3().fromArray(joints, 3 * i);
+
+/** A place before a controller, where it draws. */
+function before(aim) {
+  return new THREE.Vector3(0, 0, -TIP_M).applyQuaternion(new THREE.Quaternion().fromArray(aim, 3))
+    .add(new THREE.Vector3().fromArray(aim));
 }
 
 function sideOf(source) {

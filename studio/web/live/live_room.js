@@ -9,6 +9,7 @@ const FAINT = 0.45; // of an object that is lost
 const RAY_M = 30;
 const MIN_HIT_OPACITY = 0.35;
 const SAME_SURFACE_M = 0.15; // three splats within this are a surface, fewer a stray one
+const OVER_M = 0.06; // so far over a surface one looks for it from above
 const ON_FLOOR_M = 0.08;
 
 export class LiveRoom extends Stage {
@@ -108,18 +109,12 @@ export class LiveRoom extends Stage {
     return isMoving;
   }
 
-  /** The nearest surface on a ray of the world, as a place just before it; null where none is. */
-  hit(origin, direction) {
-    this.raycaster.set(origin, direction);
-    this.raycaster.near = 0.05;
-    this.raycaster.far = RAY_M;
-    const aimed = [...this.objects.values()].filter(({ item, group }) => {
-      const middle = group.localToWorld(new THREE.Vector3(0, 0, item.middle_m));
-      return this.raycaster.ray.distanceToPoint(middle) < item.radius_m;
-    });
-    const meters = [this.solid, ...aimed.map(({ mesh }) => mesh)]
-      .map((mesh) => nearest(this.raycaster.intersectObject(mesh, false)));
-    const splats = Math.min(...meters);
+  /** The nearest surface on a ray of the world, as a place just before it; null where none is.
+      `but`: id of an object that does not count. */
+  hit(origin, direction, but = null) {
+    const splats = Math.min(this.#metresTo(this.solid, origin, direction),
+      ...this.#aimed(origin, direction).filter(({ item }) => item.id !== but)
+        .map(({ mesh }) => this.#metresTo(mesh, origin, direction)));
     const flat = this.#wall(origin, direction);
     const metres = splats === Infinity ? flat : splats;
     if (metres === Infinity) return null;
@@ -129,6 +124,46 @@ export class LiveRoom extends Stage {
       return origin.clone().addScaledVector(direction, (0.01 - origin.z) / direction.z);
     }
     return place.addScaledVector(direction, -0.01);
+  }
+
+  /** Where something stands that is put at a place (upright axes): on what is below it, of a wall on
+      the floor before it. `but`: id of an object that does not count. */
+  standing(place, but = null) {
+    const from = this.upright.localToWorld(place.clone());
+    from.z += OVER_M;
+    const found = this.hit(from, new THREE.Vector3(0, 0, -1), but);
+    return found === null ? place : this.upright.worldToLocal(found);
+  }
+
+  /** The object that a ray of the world meets first, by id; null where the room is before it. */
+  objectAt(origin, direction) {
+    const found = this.#aimed(origin, direction)
+      .map(({ item, mesh }) => [item.id, this.#metresTo(mesh, origin, direction)])
+      .sort((a, b) => a[1] - b[1])[0];
+    if (found === undefined || found[1] === Infinity) return null;
+    return found[1] < this.#metresTo(this.solid, origin, direction) + SAME_SURFACE_M ? found[0] : null;
+  }
+
+  /** The object in whose sphere a place (upright axes) is, by id; null where none is. */
+  objectNear(place) {
+    const world = this.upright.localToWorld(place.clone());
+    const found = [...this.objects.values()].map(({ item, group }) => [item,
+      group.localToWorld(new THREE.Vector3(0, 0, item.middle_m)).distanceTo(world)])
+      .filter(([item, metres]) => metres < item.radius_m).sort((a, b) => a[1] - b[1])[0];
+    return found?.[0].id ?? null;
+  }
+
+  #aimed(origin, direction) {
+    const ray = new THREE.Ray(origin, direction);
+    return [...this.objects.values()].filter(({ item, group }) => ray.distanceToPoint(
+      group.localToWorld(new THREE.Vector3(0, 0, item.middle_m))) < item.radius_m);
+  }
+
+  #metresTo(mesh, origin, direction) {
+    this.raycaster.set(origin, direction);
+    this.raycaster.near = 0.05;
+    this.raycaster.far = RAY_M;
+    return nearest(this.raycaster.intersectObject(mesh, false));
   }
 
   /** Metres along a ray to floor, ceiling or a side of the room, from within. */
@@ -160,6 +195,7 @@ export class LiveRoom extends Stage {
     const place = new THREE.Vector3().fromArray(a).lerp(new THREE.Vector3().fromArray(b), share);
     const turn = new THREE.Quaternion().fromArray(a, 3)
       .slerp(new THREE.Quaternion().fromArray(b, 3), share);
+    body.pose = [...place.toArray(), ...turn.toArray()];
     // From a headset's axes to the world's, both of the room and of the object.
     const world = this.worldFromFile;
     place.applyQuaternion(world);

@@ -10,6 +10,13 @@ import { LiveRoom } from "live/live_room.js";
 import { Labels, Panel } from "live/panel.js";
 import { People } from "live/people.js";
 import { isPicture, Surfaces } from "live/surfaces.js";
+import { Carry } from "live/things/carry.js";
+import { Grab } from "live/things/grab.js";
+import { Palette } from "live/things/palette.js";
+import { Picker } from "live/things/pick.js";
+import { Proposals } from "live/things/proposals.js";
+import { Bodies } from "live/things/shapes.js";
+import { Things } from "live/things/store.js";
 import { Tools } from "live/tools.js";
 import { encodeBody } from "live/wire.js";
 
@@ -35,10 +42,17 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
   const people = new People(room.upright);
   const board = new Board(room.upright, link, changed);
   const surfaces = new Surfaces(room.upright, changed);
+  const bodies = new Bodies(room.upright, changed);
+  const proposals = new Proposals(room, changed);
+  const things = new Things(link, showThing);
   const tools = new Tools(canvas, room, board, control, changed);
+  const picker = new Picker(things, bodies, proposals, room.upright);
+  tools.carry = new Carry(room, things, picker,
+    { ask: () => ({ shape: tools.shape, colour: tools.ink }), notice, changed });
   const self = new Figure(COLOURS[0], OWN_RAY_M);
   room.upright.add(self.group);
-  const headset = new Headset(room, board, self, () => tools.ink, leftHeadset);
+  const headset = new Headset(room, board, self, { tools, ended: leftHeadset,
+    grab: new Grab(room, things, picker, tools), palette: new Palette(room.upright, tools) });
   const labels = new Labels(byId("labels"));
   const panel = new Panel(manifest.objects, {
     look: (id) => control.lookAt(room.objects.get(id).group.getWorldPosition(new THREE.Vector3())),
@@ -65,12 +79,15 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
       room.takeWhole(message.state);
       board.takeWhole(you, message.state);
       surfaces.takeWhole(message.state);
+      things.takeWhole(you, message.state);
       take.people(message);
       showObjects();
     },
     rights({ rights }) {
       tools.allow(rights);
+      things.rights = rights;
       headset.canDraw = rights.includes("line");
+      headset.canUndo = rights.includes("undo");
     },
     people({ people: list }) {
       people.setList(list, you);
@@ -88,11 +105,15 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
     },
     log: (entry) => {
       board.take(entry);
-      surfaces.take(entry);
+      things.take(entry);
     },
-    done: ({ id }) => board.answered(id, true),
+    done: ({ id }) => {
+      board.answered(id, true);
+      things.answered(id);
+    },
     refused: ({ id, why }) => {
       board.answered(id, false);
+      things.answered(id);
       notice(`Not done: ${why}.`);
     },
     bodies: (buffer) => {
@@ -101,6 +122,17 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
     },
     status: (status) => panel.showLink(status, link.latency),
   };
+
+  function showThing(kind, key, fields) {
+    if (kind === "primitive") bodies.show(key, fields);
+    else if (kind === "proposal") proposals.show(key, fields);
+    else {
+      surfaces.show(key, fields === null ? [] : fields.seen ?? fields.corners);
+      board.frame(key, fields?.corners ?? [], fields?.seen ?? null);
+    }
+    const { carry } = tools;
+    if (carry?.selected?.key === key && carry.selected.kind === kind) carry.refresh();
+  }
 
   function showObjects() {
     for (const [id, { state, isFlagged }] of room.objects) panel.showObject(id, state, isFlagged);
@@ -158,6 +190,9 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
     KeyH: toggleList,
     KeyL: () => tools.choose(tools.tool === "draw" ? "look" : "draw"),
     KeyM: () => tools.choose(tools.tool === "mark" ? "look" : "mark"),
+    KeyX: () => tools.choose(tools.tool === "shape" ? "look" : "shape"),
+    KeyV: () => tools.choose(tools.tool === "propose" ? "look" : "propose"),
+    KeyC: () => tools.choose(tools.tool === "carry" ? "look" : "carry"),
     KeyP: () => tools.pointByKey(true),
     Escape: () => tools.choose("look"),
   };
@@ -169,6 +204,7 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
     if (isUndo) event.preventDefault();
     if (event.ctrlKey || event.altKey || event.metaKey) return;
     if (event.target.getAttribute?.("role") === "radio" && event.code.startsWith("Arrow")) return;
+    if (tools.carry.press(event.code)) return event.preventDefault();
     const isKnown = control.press(event.code, event.timeStamp) || (KEYS[event.code] && !event.repeat);
     if (isKnown) event.preventDefault();
     if (isKnown && !control.held.has(event.code)) KEYS[event.code]?.();
@@ -236,6 +272,7 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
     const now = performance.now();
     const eye = room.camera.getWorldPosition(new THREE.Vector3());
     if (room.step(now)) changed();
+    proposals.step();
     if (people.step(now, eye, headset.isOn)) changed();
     panel.showAge(now - link.heardAt);
     if (xrFrame && headset.isOn) {
@@ -260,7 +297,7 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
     moving = dirty;
     dirty = false;
     room.render();
-    labels.show([...people.labels(), ...flags()], room.camera);
+    labels.show([...people.labels(), ...flags(), ...proposals.labels(you)], room.camera);
     drawn += 1;
   }
 
@@ -279,7 +316,8 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
 
   // For whoever drives this page: the browser's console, and the program's tests.
   window.live = {
-    room, people, board, surfaces, tools, headset, control, link, setMode, detail,
+    room, people, board, surfaces, tools, headset, control, link, setMode, detail, things, bodies,
+    proposals,
     drawn: () => drawn,
     isWhole: () => isLoaded,
     sharpness: () => sharpness.shown,

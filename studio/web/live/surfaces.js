@@ -26,12 +26,14 @@ export class Surfaces {
   /** Takes everything there is. */
   takeWhole(state) {
     for (const id of [...this.boards.keys()]) this.#place(id, []);
-    for (const [id, { corners }] of Object.entries(state.surfaces ?? {})) this.#place(id, corners);
+    for (const [id, { corners, seen }] of Object.entries(state.surfaces ?? {})) {
+      this.#place(id, seen ?? corners);
+    }
   }
 
-  /** Takes an entry of the log. */
-  take(entry) {
-    if (entry.op === "surface") this.#place(entry.surface, entry.corners ?? []);
+  /** Shows a surface between four corners, where it is filmed or carried to; none takes it away. */
+  show(id, corners) {
+    this.#place(id, corners);
   }
 
   /** Takes a message with a picture. */

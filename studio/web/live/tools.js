@@ -1,7 +1,9 @@
 // What one does in the room with a mouse, a finger or a pen: look, point, draw, mark a surface whose
-// live picture everybody sees, take back.
+// live picture everybody sees, put shapes, carry things, propose where objects should go, take back.
 import * as THREE from "three";
 import { INKS } from "live/board.js";
+import { MAKES } from "live/things/carry.js";
+import { SHAPES } from "live/things/shapes.js";
 
 const PICK_MS = 15; // between two looks for the surface under the pointer
 const HAND_IN_CAMERA = [0.14, -0.2, -0.25]; // where one's ray begins: not in one's own eye
@@ -12,15 +14,23 @@ const HINTS = {
   point: "hold the button on something: everybody sees where you point · right button: turn",
   draw: "drag over a surface: everybody sees the line · right button: turn",
   mark: "click the four corners of a board, a screen or a table: it shows what the camera sees there",
+  shape: "click a surface, or drag: as large as you drag, an arrow to where you let go",
+  carry: "drag what you have put, or a live picture · , . turn it · + − size it · Delete removes it",
+  propose: "drag an object to where it should go: a copy of it shows everybody · , . turn it",
 };
-const TOOLS = ["look", "point", "draw", "mark"];
-const RIGHTS = { draw: "line", mark: "surface" }; // what a tool asks the studio for
+const TOOLS = ["look", "point", "draw", "mark", "shape", "propose", "carry"];
+/** Operations that a tool asks the studio for; any of them will do. */
+const RIGHTS = { draw: ["line"], mark: ["surface"], shape: ["primitive"], propose: ["propose"],
+  carry: ["primitive", "surface", "propose"] };
 const byId = (id) => document.getElementById(id);
 
 export class Tools {
-  /** `room` with camera and hit(origin, direction), `board`, `control` of the camera. */
+  /** `room` with camera and hit(origin, direction), `board`, `control` of the camera; `carry` is set
+      by whoever makes it. */
   constructor(canvas, room, board, control, changed) {
     Object.assign(this, { canvas, room, board, control, changed });
+    this.carry = null;
+    this.shape = SHAPES[0];
     this.tool = "look";
     this.ink = INKS[0][2];
     this.ray = null; // six numbers in upright axes while one points
@@ -34,11 +44,14 @@ export class Tools {
     }
     byId("undo").addEventListener("click", () => board.undo());
     for (const [name, hex, ink] of INKS) this.#addInk(name, hex, ink);
-    canvas.addEventListener("pointerdown", (event) => this.#down(event));
+    for (const name of SHAPES) byId(`shape-${name}`).addEventListener("click", () => this.chooseShape(name));
+    // Before the camera's own: what is taken hold of is not to turn the view.
+    canvas.addEventListener("pointerdown", (event) => this.#down(event), { capture: true });
     canvas.addEventListener("pointermove", (event) => this.#move(event));
     canvas.addEventListener("pointerup", (event) => this.#up(event));
     canvas.addEventListener("pointercancel", (event) => this.#up(event));
     window.addEventListener("blur", () => this.pointByKey(false));
+    this.chooseShape(this.shape);
     this.choose("look");
   }
 
@@ -51,15 +64,31 @@ export class Tools {
       byId(`tool-${name}`).setAttribute("aria-checked", String(name === tool));
       byId(`tool-${name}`).tabIndex = name === tool ? 0 : -1;
     }
-    byId("inks").hidden = tool !== "draw";
-    this.control.setFree(tool === "look");
+    byId("inks").hidden = tool !== "draw" && tool !== "shape";
+    byId("shapes").hidden = tool !== "shape";
+    if (!(tool in MAKES)) this.carry?.select(null);
+    this.control.setFree(tool === "look" || tool in MAKES);
     this.showHint();
+  }
+
+  /** Chooses what the tool for shapes puts. */
+  chooseShape(shape) {
+    this.shape = shape;
+    for (const name of SHAPES) {
+      byId(`shape-${name}`).setAttribute("aria-checked", String(name === shape));
+      byId(`shape-${name}`).tabIndex = name === shape ? 0 : -1;
+    }
+  }
+
+  /** Whether one's rights allow a tool. */
+  allows(tool) {
+    return !byId(`tool-${tool}`).hidden;
   }
 
   /** Hides what one's role does not allow. */
   allow(rights) {
-    for (const [tool, right] of Object.entries(RIGHTS)) {
-      byId(`tool-${tool}`).hidden = !rights.includes(right);
+    for (const [tool, ops] of Object.entries(RIGHTS)) {
+      byId(`tool-${tool}`).hidden = !ops.some((op) => rights.includes(op));
     }
     byId("undo").hidden = !rights.includes("undo");
     if (byId(`tool-${this.tool}`).hidden) this.choose("look");
@@ -103,6 +132,11 @@ export class Tools {
       this.#mark();
       return;
     }
+    if (this.tool in MAKES) {
+      const isTaken = this.carry.begin(this.tool, this.pointer);
+      this.control.setFree(!isTaken); // else it turns the view
+      if (!isTaken) return;
+    }
     this.held = event.pointerId;
     this.canvas.setPointerCapture(event.pointerId);
     if (this.tool === "draw") this.board.begin(this.ink);
@@ -127,10 +161,14 @@ export class Tools {
     this.held = null;
     this.board.end();
     this.#endRay();
+    if (!(this.tool in MAKES)) return;
+    this.carry.end();
+    this.control.setFree(true);
   }
 
   #go() {
-    if (this.tool === "point") this.#point();
+    if (this.tool in MAKES) this.carry.go(this.pointer);
+    else if (this.tool === "point") this.#point();
     else this.#draw();
   }
 

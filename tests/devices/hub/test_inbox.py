@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from devices.hub import inbox as module
-from devices.hub.board import Drawn
 from devices.hub.inbox import MAX_EVENTS, Avatars, Inbox, avatar_of
 from devices.hub.roles import Op, Person, Role
+from devices.hub.things.drawn import Drawn
 from devices.hub.wire import Body, Controller, Hand
 from scenes.pose import Pose
 
@@ -71,7 +71,7 @@ def test_the_newest_of_each_line_is_taken_once(inbox):
     again = inbox.take()
     assert (again.lines, again.surfaces) == ((), ())
     assert inbox.has_handed(arrived.lines[0])
-    assert not inbox.has_handed(line("p1/a", 2).annotation())
+    assert not inbox.has_handed(line("p1/a", 2).thing())
 
 
 def test_each_body_is_decoded_once(body_at):

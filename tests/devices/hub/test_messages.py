@@ -7,20 +7,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from devices.hub.fields import MessageError, read_object
 from devices.hub.messages import (
     MAX_NAME,
-    MAX_POINTS,
     Do,
     Hello,
-    MessageError,
     OpError,
     Ping,
     Seen,
     clean_name,
     read_message,
-    read_object,
 )
 from devices.hub.roles import Op
+from devices.hub.things.reading import MAX_POINTS, MAX_SIDE_M
 
 LINE = {
     "kind": "do",
@@ -37,6 +36,30 @@ SURFACE = {
     "surface": "tv",
     "corners": [[0, 1, 0], [1, 1, 0], [1, 0, 0], [0, 0, 0]],
 }
+SEEN = {
+    **SURFACE,
+    "seen": [[0, 2, 0], [1, 2, 0], [1, 1, 0], [0, 1, 0]],
+    "drag": 12,
+}
+PRIMITIVE = {
+    "kind": "do",
+    "id": 5,
+    "op": "primitive",
+    "primitive": "b-1",
+    "shape": "cylinder",
+    "size": [0.5, 1, 0.02],
+    "colour": [1, 0.5, 0],
+    "pose": [0, 0, -1.5, 0, 1, 0, 0],
+    "drag": "g1",
+}
+PROPOSE = {
+    "kind": "do",
+    "id": 6,
+    "op": "propose",
+    "proposal": "c-1",
+    "object": "chair-1",
+    "pose": [1, 0, 2, 0, 0, 0, 1],
+}
 VALID = (
     {"kind": "hello", "token": "t", "name": "Anna", "log_seq": 3},
     {"kind": "seen", "version": 3},
@@ -44,6 +67,9 @@ VALID = (
     LINE,
     SURFACE,
     {"kind": "do", "id": 1, "op": "undo"},
+    SEEN,
+    PRIMITIVE,
+    PROPOSE,
 )
 BIG = 10**400
 
@@ -57,21 +83,23 @@ def test_each_kind_is_read():
     assert read({"kind": "hello", "token": "t"}) == Hello("t", None, None)
     assert read(VALID[1]) == Seen(3)
     assert read(VALID[2]) == Ping(12.5)
-    line, surface, undo = (read(fields) for fields in VALID[3:])
-    assert (line.op_id, line.op, line.key, line.colour) == (4, Op.LINE, "a-1", (1.0, 0.5, 0.0))
-    np.testing.assert_array_equal(line.points, LINE["points"])
-    assert (surface.op_id, surface.op, surface.points.shape) == ("s", Op.SURFACE, (4, 3))
-    assert (undo.op, undo.points.shape) == (Op.UNDO, (0, 3))
+    line, surface, undo = (read(fields) for fields in VALID[3:6])
+    assert (line.op_id, line.op, line.drag) == (4, Op.LINE, None)
+    assert (line.drawn.key, line.drawn.colour) == ("a-1", (1.0, 0.5, 0.0))
+    np.testing.assert_array_equal(line.drawn.points, LINE["points"])
+    assert (surface.op_id, surface.op, surface.drawn.points.shape) == ("s", Op.SURFACE, (4, 3))
+    assert (undo.op, undo.drawn) == (Op.UNDO, None)
+    assert read(SEEN).drag == 12
 
 
 @pytest.mark.parametrize("points", [[], None])
 def test_no_points_erase(points):
-    assert read({**LINE, "points": points}).points.shape == (0, 3)
-    assert read({**SURFACE, "corners": points}).points.shape == (0, 3)
+    assert read({**LINE, "points": points}).drawn.points.shape == (0, 3)
+    assert read({**SURFACE, "corners": points}).drawn.points.shape == (0, 3)
 
 
 def test_a_kind_of_later_is_ignored():
-    assert read({"kind": "propose", "x": 1}) is None
+    assert read({"kind": "dance", "x": 1}) is None
 
 
 @pytest.mark.parametrize("fields", VALID, ids=lambda f: f"{f['kind']} {f.get('op', '')}")
@@ -97,8 +125,10 @@ def test_any_value_in_any_field_is_read_or_refused(fields, draw):
         message = read_message(text)
     except (MessageError, OpError):
         return
-    if isinstance(message, Do):
-        assert np.all(np.abs(message.points) <= 100)
+    if isinstance(message, Do) and message.drawn is not None:
+        assert np.all(np.abs(message.drawn.points) <= 100)
+        assert message.drawn.is_finite
+        assert max(message.drawn.size_m) <= MAX_SIDE_M
 
 
 @given(st.text())

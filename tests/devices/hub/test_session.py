@@ -48,7 +48,7 @@ def test_the_welcome_says_everything(room, state_at):
     assert welcome["kind"] == "welcome"
     assert welcome["you"] == guest.person.person_id == "p1"
     assert (welcome["role"], welcome["name"]) == ("remote", "Anna")
-    assert welcome["rights"] == ["line", "surface", "undo"]
+    assert welcome["rights"] == ["line", "primitive", "propose", "surface", "undo"]
     assert welcome["people"] == [
         {"id": "p1", "index": 1, "name": "Anna", "role": "remote", "muted": False, "pen": True}
     ]
@@ -123,9 +123,10 @@ def test_a_spectator_shows_a_head_and_may_do_nothing(room):
     assert welcome["rights"] == []
     assert not welcome["people"][0]["pen"]
     for op in Op:
-        room.hear(guest, outbox, **{**LINE, "op": op, "surface": "s"})
+        names = {"surface": "s", "primitive": "b", "proposal": "c"}
+        room.hear(guest, outbox, **{**LINE, "op": op, **names})
         (answer,) = [it for it in room.drain(outbox) if it["kind"] == "refused"]
-        assert answer["why"] == f"a spectator may not {op}"
+        assert answer["why"] == "a spectator may not change the room"
     hand = Hand(np.zeros((25, 3)), np.zeros(25))
     whole = encode_body(Body(1, 2, Pose.identity(), hands=(hand, hand), ray=np.zeros((2, 3))))
     assert body(room, guest, outbox, whole)
@@ -138,7 +139,7 @@ def test_a_spectator_shows_a_head_and_may_do_nothing(room):
     (avatar,) = avatars_of(room)
     assert avatar.hands == ()
     assert room.session.log.seq == 0
-    assert room.session.refused["op"] == 3
+    assert room.session.refused["op"] == len(Op)
 
 
 def test_a_muted_person_is_refused_and_hidden(room, body_at):
@@ -161,7 +162,7 @@ def test_another_role_counts_at_once(room):
     guest, outbox, _ = room.join("Anna", Role.SPECTATOR)
     room.session.change("p1", 0, role=Role.REMOTE)
     rights, people = room.drain(outbox)
-    assert rights["rights"] == ["line", "surface", "undo"]
+    assert rights["rights"] == ["line", "primitive", "propose", "surface", "undo"]
     assert people["people"][0]["role"] == "remote"
     room.hear(guest, outbox, **LINE)
     assert kinds(room.drain(outbox)) == ["log", "done"]
@@ -366,3 +367,60 @@ def test_an_attack_does_not_fill_the_log(room):
             room.session.pair("x", name="x", address="a", now_ns=0)
     assert len(room.said) <= 30
     assert room.session.refused["code"] + room.session.refused["guessing"] == 1000
+
+
+def test_one_person_has_the_pen_until_it_is_everybodys_again(room):
+    anna, his_line = room.join()[:2], {"op": "line", "line": "a", "points": [[0, 0, 0]]}
+    guest, outbox = anna
+    ben, his, _ = room.join("Ben")
+    room.session.give_pen("p1", 0)
+    told = [it for it in room.drain(his) if it["kind"] == "rights"]
+    assert told[-1]["rights"] == []
+    lists = [it for it in room.drain(outbox) if it["kind"] == "people"]
+    assert [it["pen"] for it in lists[-1]["people"]] == [True, False]
+    assert [it.has_pen for it in room.session.people(0)] == [True, False]
+    room.hear(ben, his, kind="do", id=1, **his_line)
+    (refused,) = [it for it in room.drain(his) if it["kind"] == "refused"]
+    assert refused["why"] == "somebody else has the pen"
+    room.hear(guest, outbox, kind="do", id=1, **his_line)
+    assert "done" in kinds(room.drain(outbox))
+
+    room.session.give_pen(None, 0)
+    room.hear(ben, his, kind="do", id=2, **his_line)
+    assert "done" in kinds(room.drain(his))
+    with pytest.raises(KeyError):
+        room.session.give_pen("p9", 0)
+
+
+def test_the_pen_of_who_goes_is_everybodys(room):
+    guest, outbox, _ = room.join()
+    _ben, his, _ = room.join("Ben")
+    room.session.give_pen("p1", 0)
+    room.session.change("p1", 0, role=Role.SPECTATOR)
+    assert told_rights(room, his)
+    with pytest.raises(ValueError, match="spectator"):
+        room.session.give_pen("p1", 0)
+    room.session.give_pen("p2", 0)
+    room.session.remove("p2", 0)
+    room.session.change("p1", 0, role=Role.REMOTE)
+    assert told_rights(room, outbox)
+    room.session.give_pen("p1", 0)
+    room.session.leave(Visit(guest, outbox), 0)
+    _cleo, hers, _ = room.join("Cleo")
+    room.session.tick(AWAY_NS)
+    assert told_rights(room, hers)
+    assert [it.has_pen for it in room.session.people(AWAY_NS)] == [False]
+
+
+def told_rights(room, outbox):
+    """The rights that somebody was sent last."""
+    return [it for it in room.drain(outbox) if it["kind"] == "rights"][-1]["rights"]
+
+
+def test_only_an_object_that_is_there_can_be_proposed(room):
+    guest, outbox, welcome = room.join()
+    assert welcome["state"]["proposals"] == {}
+    copy = {"op": "propose", "proposal": "c", "pose": [0, 0, 0, 0, 0, 0, 1]}
+    room.hear(guest, outbox, kind="do", id=1, **copy, object="ghost")
+    (refused,) = [it for it in room.drain(outbox) if it["kind"] == "refused"]
+    assert refused["why"] == "there is no such object"

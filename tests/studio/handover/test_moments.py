@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from devices.messages import Event
+from devices.recorded.people import RecordedAnnotation, RecordedSurface
 from devices.recording import Recorder, RecordingError, read_session
-from devices.recording_codec import RecordedAnnotation, RecordedSurface, RecordedTrack
+from devices.recording_codec import RecordedTrack
 from scenes.pose import Pose
 from scenes.state import Annotation, LiveSurface, TrackedObject, TrackState
 from studio.handover.moments import MAX_EVENTS, read_moments

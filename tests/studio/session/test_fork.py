@@ -9,7 +9,7 @@ from devices.messages import Event
 from devices.recording import Recorder, read_session
 from devices.session_info import ForkOrigin, ScenarioChange
 from scenes.pose import Pose
-from scenes.state import Annotation, Avatar, AvatarGone
+from scenes.state import Annotation, Avatar, AvatarGone, Proposal, SharedPrimitive
 from sim.scenarios.scenario import parse_scenario
 from studio.session.fork import Fork, open_fork
 from studio.session.plan import SessionPlan
@@ -108,15 +108,20 @@ def test_what_a_user_made_live_comes_back_from_the_recording(tiny, tmp_path):
 
 
 def guest_inputs(tiny):
-    """The tiny session with somebody connected who draws a line, erases it and leaves."""
+    """The tiny session with somebody who draws a line, puts a box, proposes, erases and leaves."""
     line = np.array([[0.0, 0.0, 1.0], [0.1, 0.0, 1.0], [0.2, 0.0, 1.1]])
     for message in tiny.inputs():
         seq, live = message.frame.seq, message.input
         head = Pose.from_yaw(0.1 * seq, (0.3, 0.1 * seq, 1.6))
         hands = (np.zeros((0, 3)), 0.01 * seq + np.arange(75.0).reshape(25, 3) / 300)
-        guest = Avatar("p1", "remote", head, hands, np.eye(3)[:2])
+        guest = Avatar("p1", "remote", head, hands, np.eye(3)[:2], "Ann")
         drawn = {2: line[:2], 3: line, 8: line[:0]}.get(seq)
         notes = () if drawn is None else (Annotation("p1-1", "p1", drawn, (0.0, 0.5, 1.0)),)
+        shape = {3: "arrow", 5: "arrow", 9: None}.get(seq, "")
+        size, colour = (0.5, 0.1, 0.1), (0.1, 0.2, 0.3)
+        bodies = (SharedPrimitive("p1/b", "p1", shape, size, colour, head),) if shape != "" else ()
+        wanted = {4: "chair-1", 6: "chair-1", 10: ""}.get(seq)
+        copies = () if wanted is None else (Proposal("p1/c", "p1", "Ann", wanted, head),)
         came = (Event(live.frame.t_ns, PEOPLE, "joined", "Ann"),) if seq == 1 else ()
         live = replace(
             live,
@@ -124,12 +129,13 @@ def guest_inputs(tiny):
             annotations=live.annotations + notes,
             events=live.events + came,
             gone=(AvatarGone("p1"),) if seq == 10 else (),
+            placed=(*bodies, *copies),
         )
         yield replace(message, input=live)
 
 
 def states_of(session):
-    """Of every frame: people, lines and version of the state, as plain numbers."""
+    """Of every frame: people, their things and version of the state, as plain numbers."""
     found = []
 
     def watch(output):
@@ -139,6 +145,7 @@ def states_of(session):
                 state.version,
                 {
                     key: (
+                        item.name,
                         item.world_from_head.matrix().tolist(),
                         [hand.tolist() for hand in item.hands],
                         None if item.ray is None else item.ray.tolist(),
@@ -146,6 +153,14 @@ def states_of(session):
                     for key, item in state.avatars.items()
                 },
                 {key: item.points_in_world.tolist() for key, item in state.annotations.items()},
+                {
+                    key: (item.shape, item.world_from_primitive.matrix().tolist())
+                    for key, item in state.primitives.items()
+                },
+                {
+                    key: (item.object_id, item.world_from_object.matrix().tolist())
+                    for key, item in state.proposals.items()
+                },
                 [event.text for event in output.input.events],
             )
         )
@@ -159,8 +174,10 @@ def test_people_who_were_connected_replay_and_fork_to_the_bit(tiny, tmp_path):
     plan = SessionPlan(methods=("own",), record_to=path)
     session = tiny.session(plan, inputs=lambda: guest_inputs(tiny))
     states = states_of(session)
-    assert [len(people) for _, people, _, _ in states] == [1, *[2] * 9, 1, 1]
-    assert [len(lines) for _, _, lines, _ in states] == [0, 0, *[1] * 6, *[0] * 4]
+    assert [len(people) for _, people, *_ in states] == [1, *[2] * 9, 1, 1]
+    assert [len(lines) for _, _, lines, *_ in states] == [0, 0, *[1] * 6, *[0] * 4]
+    assert [len(bodies) for *_, bodies, _, _ in states] == [*[0] * 3, *[1] * 6, *[0] * 3]
+    assert [len(copies) for *_, copies, _ in states] == [*[0] * 4, *[1] * 6, *[0] * 2]
 
     def replayed():
         return recorded_messages(path, session.info)

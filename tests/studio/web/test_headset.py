@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from devices.hub.wire import decode_body, unpack_bodies
+from scenes.pose import Pose
+from scenes.state import SceneState, TrackedObject, TrackState, reduce_state
 
 READY = "document.documentElement?.dataset.state === 'ready'"
 WEAR = """
@@ -87,6 +89,99 @@ def test_the_trigger_points_and_the_grip_draws(inside, hub, invite_guest):
     assert lines[-1].points_in_world[:, 2] == pytest.approx(1.3, abs=0.15)
     inside.evaluate("headset.controllers.right.updateButtonValue('b-button', 1)")
     inside.wait_for("live.board.lines().length === 0")
+
+
+def placed(hub, wanted, seconds=20.0):
+    """Return the newest primitive or proposal that is as wanted, publishing what has come."""
+    deadline = time.monotonic() + seconds
+    while time.monotonic() < deadline:
+        for thing in hub.take().placed:
+            if wanted(thing):
+                return thing
+        time.sleep(0.02)
+    raise TimeoutError("no such thing came")
+
+
+def test_a_shape_is_chosen_at_the_left_hand_put_and_carried(inside, hub):
+    left, right = "headset.controllers.left", "headset.controllers.right"
+    # One looks at one's left hand: the palette is over it.
+    inside.evaluate(f"{left}.position.set(0.1, 1.55, -0.35)")
+    inside.wait_for("live.headset.palette.group.visible")
+    x, y, z = inside.evaluate(
+        "(() => { const { group, tiles } = live.headset.palette;"
+        " group.updateWorldMatrix(true, true);"
+        " const at = live.room.upright.worldToLocal(tiles.find((it) => it.name === 'box')"
+        ".getWorldPosition(live.room.camera.position.clone()));"
+        " return live.headset.rig.worldToLocal(live.room.upright.localToWorld(at)).toArray(); })()"
+    )
+    inside.evaluate(f"{right}.position.set({x}, {y}, {z + 0.06})")
+    inside.wait_for("live.tools.tool === 'shape'")
+    inside.evaluate(f"{left}.position.set(-0.3, 1.0, 0.2)")
+    inside.wait_for("!live.headset.palette.group.visible")
+
+    inside.evaluate(f"{right}.position.set(0.3, 1.2, -0.4)")
+    inside.wait_for("!live.headset.sides[1].grips")
+    inside.evaluate(f"{right}.updateButtonValue('squeeze', 1)")
+    body = placed(hub, lambda thing: thing.shape == "box")
+    inside.evaluate(f"{right}.updateButtonValue('squeeze', 0)")
+    inside.wait_for("live.things.held === null")
+    assert body.size_m == pytest.approx((0.3, 0.3, 0.3))
+
+    # Gripped again it comes along, turned as the hand is.
+    inside.evaluate(f"{right}.updateButtonValue('squeeze', 1)")
+    inside.wait_for("live.headset.grab.holds(1)")
+    inside.evaluate(f"{right}.position.set(0.6, 1.4, -0.4)")
+
+    def carried(thing):
+        way = thing.world_from_primitive.translation - body.world_from_primitive.translation
+        return np.allclose(way, [0.3, 0.0, 0.2], atol=0.02)
+
+    placed(hub, carried)
+    inside.evaluate(f"{right}.updateButtonValue('b-button', 1)")
+    placed(hub, lambda thing: thing.shape is None)
+    inside.evaluate(f"{right}.updateButtonValue('b-button', 0)")
+    inside.evaluate(f"{right}.updateButtonValue('squeeze', 0)")
+    inside.wait_for("live.bodies.meshes.size === 0 && !live.headset.sides[1].grips")
+    assert inside.messages == []
+
+
+def test_a_copy_of_an_object_slides_where_the_hand_points_and_turns_by_the_stick(inside, hub):
+    now = time.monotonic_ns()
+    box = TrackedObject(
+        "box-1",
+        now,
+        Pose.from_yaw(0.0, (0.3, 0.2, 0.0)),
+        np.zeros((4, 4)),
+        1.0,
+        TrackState.TRACKED,
+        1.0,
+        0,
+    )
+    hub.publish(reduce_state(SceneState(), box, now))
+    inside.wait_for("live.room.objects.get('box-1').state === 'tracked'")
+    inside.evaluate("live.tools.choose('propose')")
+    right = "headset.controllers.right"
+    # In the box: 0.2 m over the floor; the headset's floor is where one stands.
+    inside.evaluate(f"{right}.position.set(0.3, 0.25, -0.64)")
+    inside.wait_for("live.headset.sides[1].grips === false")
+    time.sleep(0.3)
+    inside.evaluate(f"{right}.updateButtonValue('squeeze', 1)")
+    copy = placed(hub, lambda thing: getattr(thing, "object_id", "") == "box-1")
+    assert copy.user_name == "Ada"
+    # Held up, pointing down and ahead.
+    inside.evaluate(
+        f"{right}.quaternion.set(-0.3826834, 0, 0, 0.9238795);{right}.position.set(-0.2, 1.2, -0.2)"
+    )
+    there = placed(hub, lambda thing: thing.world_from_object.translation[0] < 0.0)
+    assert there.world_from_object.translation[2] == pytest.approx(0.0, abs=0.03)
+    inside.evaluate(f"{right}.updateAxes('thumbstick', 1, 0)")
+    placed(hub, lambda thing: abs(thing.world_from_object.yaw()) > 0.3)
+    assert inside.evaluate("Math.abs(live.headset.rig.rotation.y)") < 1e-6
+    inside.evaluate(f"{right}.updateAxes('thumbstick', 0, 0)")
+    inside.evaluate(f"{right}.updateButtonValue('squeeze', 0)")
+    inside.wait_for("live.things.held === null")
+    assert inside.evaluate("live.proposals.copies.size") == 1
+    assert inside.messages == []
 
 
 def test_the_thumbstick_jumps_to_where_the_arc_ends_and_turns(inside):

@@ -33,7 +33,7 @@ def test_modules_import_each_other_by_addresses_that_are_served(assets):
 def test_nothing_is_asked_of_another_place(assets):
     for path in ("/", "/check"):
         assert "http" not in text(assets[path])
-    for source in PAGE.glob("*.js"):
+    for source in PAGE.rglob("*.js"):
         assert "https://" not in source.read_text(encoding="utf-8")
 
 

@@ -259,6 +259,27 @@ class Guests:
             self._remember(f"{'mute' if wanted else 'unmute'} {person.name}", person)
             self._done(lambda hub: hub.mute(person.person_id, is_muted=wanted))
 
+    def give_pen(self, name: str) -> None:
+        """Let one person alone draw; "" lets everybody again, and so does who has the pen.
+
+        Raises:
+            ValueError: there is no such person, or their role lets them draw nothing.
+        """
+        had = next((each for each in self.people() if each.has_pen), None)
+        person = self.person(name) if name else None
+        wanted = None if person is None or person.has_pen else person
+        if wanted is None and had is None:
+            return
+        before = had or wanted
+        assert before is not None
+        words = f"the pen for {wanted.name} alone" if wanted else "the pen for everybody"
+        self._remember(words, before)
+        try:
+            self._done(lambda hub: hub.give_pen(None if wanted is None else wanted.person_id))
+        except ValueError:
+            self._undo.pop()
+            raise
+
     def remove(self, name: str) -> None:
         """Send a person away: they need a new code to come back.
 
@@ -271,13 +292,13 @@ class Guests:
         self._bench.say("info", f"people: {person.name} was sent away")
 
     def undo(self) -> None:
-        """Take back the last change of a role or of who is muted.
+        """Take back the last change of a role, of who is muted, or of the pen.
 
         Raises:
             ValueError: there is none, or the person has left.
         """
         if not self._undo:
-            raise ValueError("people: no change of a role or of who is muted can be taken back")
+            raise ValueError("people: no change of a role, a muting or the pen can be taken back")
         before = self._undo.pop().before
         now = self.person(before.person_id)
 
@@ -286,6 +307,8 @@ class Guests:
                 hub.set_role(before.person_id, before.role)
             if now.is_muted != before.is_muted:
                 hub.mute(before.person_id, is_muted=before.is_muted)
+            if now.has_pen != before.has_pen:
+                hub.give_pen(before.person_id if before.has_pen else None)
 
         self._done(restore)
 

@@ -26,6 +26,15 @@ class HubLike(Protocol):
         """Make a code."""
         ...
 
+    @property
+    def port(self) -> int:
+        """Number of the port at which it listens."""
+        ...
+
+    def give_pen(self, person_id: str | None) -> None:
+        """Let one person alone draw, or everybody again."""
+        ...
+
     def revoke(self, code: str) -> None:
         """Let a code be worth nothing."""
         ...

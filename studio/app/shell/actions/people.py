@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from PySide6.QtGui import QGuiApplication
 
 from studio.app.model.actions import Action, Choice
 from studio.app.model.runs.guests import ROLES, DoorState, Guests
 from studio.app.model.workbench import Workbench
+
+if TYPE_CHECKING:  # the hub takes a second to import: not before somebody is let in
+    from devices.hub.roles import Person
 
 
 class GuestActions:
@@ -22,7 +27,7 @@ class GuestActions:
 
     def add(self) -> None:
         """Add them to the bench."""
-        for action in (*self._doors(), *self._people()):
+        for action in (*self._doors(), *self._rights(), *self._people()):
             self._bench.actions.add(action)
 
     def _doors(self) -> tuple[Action, ...]:
@@ -75,7 +80,7 @@ class GuestActions:
             ),
         )
 
-    def _people(self) -> tuple[Action, ...]:
+    def _rights(self) -> tuple[Action, ...]:
         guests = self._guests
         return (
             Action(
@@ -97,6 +102,21 @@ class GuestActions:
                 available=lambda: guests.is_open,
                 choices=lambda: self._each(muted=True),
             ),
+            Action(
+                "people.give_pen",
+                "Give one person the pen",
+                "Live",
+                lambda person="": guests.give_pen(person),
+                "they alone may draw and put things; again, or nobody: everybody may",
+                arguments=("person",),
+                available=lambda: guests.is_open,
+                choices=lambda: self._each(pen=True),
+            ),
+        )
+
+    def _people(self) -> tuple[Action, ...]:
+        guests = self._guests
+        return (
             Action(
                 "people.remove",
                 "Send a person away",
@@ -122,14 +142,17 @@ class GuestActions:
                 "Undo the last change of a person",
                 "Live",
                 guests.undo,
-                "of a role, or of who is muted",
+                "of a role, of who is muted, or of the pen",
                 available=lambda: bool(guests.undoes),
             ),
         )
 
-    def _each(self, *, muted: bool = False) -> list[Choice]:
+    def _each(self, *, muted: bool = False, pen: bool = False) -> list[Choice]:
+        def is_on(each: Person) -> bool | None:
+            return each.is_muted if muted else each.has_pen if pen else None
+
         return [
-            Choice(each.name, {"person": each.person_id}, is_on=each.is_muted if muted else None)
+            Choice(each.name, {"person": each.person_id}, is_on=is_on(each))
             for each in self._guests.people()
         ]
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Generic, TypeVar
@@ -14,7 +14,17 @@ from numpy.typing import NDArray
 from devices.messages import Event
 from devices.session_info import SessionInfo
 from scenes.pose import Pose
-from scenes.state import Annotation, Avatar, LiveSurface, SceneState, TrackedObject
+from scenes.state import (
+    Annotation,
+    Avatar,
+    LiveSurface,
+    Proposal,
+    SceneState,
+    Shared,
+    SharedPrimitive,
+    TrackedObject,
+    is_there,
+)
 from studio.app.timeline.recorded.columns import (
     GONE,
     Rows,
@@ -25,6 +35,7 @@ from studio.app.timeline.recorded.columns import (
 )
 
 T = TypeVar("T")
+Thing = TypeVar("Thing", bound=LiveSurface | Shared)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -109,6 +120,9 @@ class RecordingIndex:
         rig: the camera's pose.
         surfaces: by id.
         annotations: by id.
+        primitives: by id.
+        proposals: by id.
+        names: of people, as they called themselves last, by user id.
         events: in order of time.
         packets: of the camera whose pictures are shown; None without video.
         shortened: why the rest is not shown, in words; empty if all is.
@@ -128,6 +142,9 @@ class RecordingIndex:
     rig: Rows
     surfaces: Mapping[str, Changes[LiveSurface]]
     annotations: Mapping[str, Changes[Annotation]]
+    primitives: Mapping[str, Changes[SharedPrimitive]]
+    proposals: Mapping[str, Changes[Proposal]]
+    names: Mapping[str, str]
     events: Sequence[Event]
     packets: Packets | None
     shortened: str = ""
@@ -154,13 +171,11 @@ class RecordingIndex:
             version=count,
             t_ns=int(self.changes_ns[count - 1]) if count else 0,
             objects=MappingProxyType(self._objects(t_ns)),
-            surfaces=_newest(
-                self.surfaces, t_ns, is_there=lambda item: len(item.corners_in_world) > 0
-            ),
+            surfaces=_newest(self.surfaces, t_ns),
             avatars=MappingProxyType(self._people(t_ns)),
-            annotations=_newest(
-                self.annotations, t_ns, is_there=lambda item: len(item.points_in_world) > 0
-            ),
+            annotations=_newest(self.annotations, t_ns),
+            primitives=_newest(self.primitives, t_ns),
+            proposals=_newest(self.proposals, t_ns),
             world_from_rig=self._rig(t_ns),
         )
 
@@ -178,7 +193,8 @@ class RecordingIndex:
             number = rows.newest(t_ns)
             row = rows.row(number) if number >= 0 else ()
             if len(row) > len(GONE):
-                found[user_id] = avatar_of_row(user_id, self.roles, rows.row(number))
+                avatar = avatar_of_row(user_id, self.roles, rows.row(number))
+                found[user_id] = replace(avatar, name=self.names.get(user_id, ""))
         return found
 
     def _rig(self, t_ns: int) -> Pose | None:
@@ -186,9 +202,7 @@ class RecordingIndex:
         return None if number < 0 else pose_of_row(self.rig.row(number))
 
 
-def _newest(
-    changes: Mapping[str, Changes[T]], t_ns: int, *, is_there: Callable[[T], bool]
-) -> Mapping[str, T]:
+def _newest(changes: Mapping[str, Changes[Thing]], t_ns: int) -> Mapping[str, Thing]:
     """Return the newest of each, without those that have been removed."""
     found = {key: series.newest(t_ns) for key, series in changes.items()}
     return MappingProxyType(

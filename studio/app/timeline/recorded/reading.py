@@ -15,20 +15,24 @@ from numpy.typing import NDArray
 
 from devices.camera.unit_sets import Place, UnitSets
 from devices.messages import Event
+from devices.recorded.people import (
+    RecordedAnnotation,
+    RecordedAvatar,
+    RecordedAvatarGone,
+    RecordedPrimitive,
+    RecordedProposal,
+    RecordedSurface,
+)
 from devices.recording import RecordingError, RecordingReader
 from devices.recording_codec import (
     Encoded,
     FrameStamp,
-    RecordedAnnotation,
-    RecordedAvatar,
-    RecordedAvatarGone,
-    RecordedSurface,
     RecordedTrack,
     RecordedTruth,
     RecordedValue,
     stream_of,
 )
-from scenes.state import Annotation, LiveSurface
+from scenes.state import Annotation, LiveSurface, Proposal, SharedPrimitive, is_there
 from studio.app.timeline.recorded.columns import (
     GONE,
     Rows,
@@ -47,6 +51,9 @@ hands at 30 frames a second. What comes later is not shown."""
 
 MAX_EVENTS = 100_000
 """Events that are kept: a lost frame is one."""
+
+NUMBERS_OF_A_THING = 100
+"""Numbers that take as much memory as a primitive or a proposal: rotation, place, size, texts."""
 
 VIDEO = "foxglove.CompressedVideo"
 
@@ -122,8 +129,11 @@ class _Building:
         self._faults: list[tuple[int, tuple[str, ...]]] = []
         self._surfaces: defaultdict[str, list[tuple[int, LiveSurface]]] = defaultdict(list)
         self._annotations: defaultdict[str, list[tuple[int, Annotation]]] = defaultdict(list)
+        self._primitives: defaultdict[str, list[tuple[int, SharedPrimitive]]] = defaultdict(list)
+        self._proposals: defaultdict[str, list[tuple[int, Proposal]]] = defaultdict(list)
+        self._names: dict[str, str] = {}
         self._there: set[str] = set()
-        """People, surfaces and lines that have not been removed."""
+        """People, surfaces, lines and bodies that have not been removed."""
         self._events: list[Event] = []
         self._video_topics: list[str] = []
         self._packets_ns, self._keyframes, self._packet_tracks = array("q"), array("b"), array("B")
@@ -143,6 +153,8 @@ class _Building:
                 self._roles.append(value.avatar.role)
             row = avatar_row(value.avatar, self._roles.index(value.avatar.role))
             self.numbers += self._avatars[value.avatar.user_id].add(value.t_ns, row)
+            if value.avatar.name:
+                self._names[value.avatar.user_id] = value.avatar.name
             self._note_change(value.t_ns, f"avatar {value.avatar.user_id}")
         elif isinstance(value, RecordedAvatarGone):
             self._avatars[value.gone.user_id].add(value.t_ns, GONE)
@@ -151,21 +163,36 @@ class _Building:
             self._frames_ns.append(value.t_ns)
             if value.world_from_rig is not None:
                 self.numbers += self._rig.add(value.t_ns, pose_row(value.world_from_rig))
-        elif isinstance(value, RecordedSurface):
-            self._surfaces[value.surface.surface_id].append((value.t_ns, value.surface))
-            corners = value.surface.corners_in_world
-            self._note_change(
-                value.t_ns, f"surface {value.surface.surface_id}", stays=len(corners) > 0
-            )
-            self.numbers += corners.size
+        elif isinstance(value, Event):
+            if len(self._events) < MAX_EVENTS:
+                self._events.append(value)
+        else:
+            self._take_thing(value)
+
+    def _take_thing(self, value: RecordedValue) -> None:
+        """Take what people put into the room."""
+        if isinstance(value, RecordedSurface):
+            surface = value.surface
+            self._surfaces[surface.surface_id].append((value.t_ns, surface))
+            self._note_change(value.t_ns, f"surface {surface.surface_id}", stays=is_there(surface))
+            self.numbers += surface.corners_in_world.size + surface.seen_in_world.size
         elif isinstance(value, RecordedAnnotation):
             line = value.annotation
             self._annotations[line.annotation_id].append((value.t_ns, line))
-            points = line.points_in_world
-            self._note_change(value.t_ns, f"line {line.annotation_id}", stays=len(points) > 0)
-            self.numbers += points.size
-        elif isinstance(value, Event) and len(self._events) < MAX_EVENTS:
-            self._events.append(value)
+            self._note_change(value.t_ns, f"line {line.annotation_id}", stays=is_there(line))
+            self.numbers += line.points_in_world.size
+        elif isinstance(value, RecordedPrimitive):
+            body = value.primitive
+            self._primitives[body.primitive_id].append((value.t_ns, body))
+            self._note_change(value.t_ns, f"primitive {body.primitive_id}", stays=is_there(body))
+            self.numbers += NUMBERS_OF_A_THING
+        elif isinstance(value, RecordedProposal):
+            proposal = value.proposal
+            self._proposals[proposal.proposal_id].append((value.t_ns, proposal))
+            self._note_change(
+                value.t_ns, f"proposal {proposal.proposal_id}", stays=is_there(proposal)
+            )
+            self.numbers += NUMBERS_OF_A_THING
 
     def _note_change(self, t_ns: int, name: str, *, stays: bool = True) -> None:
         """Count a change of the room; the end of what is not there is none."""
@@ -229,6 +256,9 @@ class _Building:
             rig=self._rig.built(),
             surfaces=_as_changes(self._surfaces),
             annotations=_as_changes(self._annotations),
+            primitives=_as_changes(self._primitives),
+            proposals=_as_changes(self._proposals),
+            names=self._names,
             events=self._events,
             packets=packets if self._video_topics else None,
             shortened=self.shortened,

@@ -43,6 +43,8 @@ def boxes_of(bench: Workbench) -> Boxes:
     twin = bench.document.twin
     for key, body in twin.primitives.items():
         found[key] = (shown_pose(bench.state, key, body.world_from_primitive), body.size_m)
+    for key, shared in bench.state.primitives.items():
+        found[key] = (shared.world_from_primitive, shared.size_m)
     for key, mesh in twin.meshes.items():
         place = shown_pose(bench.state, key, mesh.world_from_mesh)
         found[key] = (place, mesh.size_m)

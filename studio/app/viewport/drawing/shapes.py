@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields
+from types import MappingProxyType
 from typing import Literal
 
 import numpy as np
@@ -12,10 +13,17 @@ from numpy.typing import NDArray
 from scenes.bodies.crowd import Crowd, colour_of
 from scenes.mesh import CollisionMesh
 from scenes.pose import Pose
-from scenes.state import LiveSurface, SceneState
+from scenes.state import (
+    STANDS_WITHIN_M,
+    LiveSurface,
+    Proposal,
+    SceneState,
+    SharedPrimitive,
+)
 from studio.app.model.documents.added_mesh import Geometry
 from studio.app.model.documents.document import Primitive, TwinEdits, shown_pose
 from studio.view.overlay import STATE_COLOURS
+from studio.view.shared_things import OPEN, SHAFT_SHARE, SHAFT_WIDTH
 
 Colour = tuple[float, float, float]
 Points = NDArray[np.float64]
@@ -28,6 +36,17 @@ SIGMAS = 3.0
 
 MIN_SIGMA_M = 0.004
 """A smaller ellipsoid would vanish inside the object, metres."""
+
+LIFT_M = 0.02
+"""Height of the way of a proposal over the floor, metres: it lies on the splats, not in them."""
+
+PROPOSED: Colour = OPEN
+"""Of that way."""
+
+FORMS: Mapping[str, Literal["ball", "box", "cylinder"]] = MappingProxyType(
+    {"box": "box", "sphere": "ball", "cylinder": "cylinder"}
+)
+"""Forms of shared primitives that are one body."""
 
 GREY: Colour = (0.6, 0.66, 0.74)
 BUSY: Colour = (0.29, 0.66, 0.91)
@@ -141,7 +160,7 @@ class Shown:
         labels: names and states over objects and people.
         avatars: people.
         cameras: frusta of placed cameras, and the 360° camera.
-        annotations: lines that were drawn.
+        annotations: what people have drawn, put into the room and proposed.
         surfaces: edges of live surfaces.
         collision: wireframe of what stops objects.
         covariance: ellipsoids of the poses' uncertainty.
@@ -194,6 +213,9 @@ def shapes_of(
     if shown.annotations:
         for line in state.annotations.values():
             found.append(Line(f"note {line.annotation_id}", line.points_in_world, line.colour, 4.0))
+        for body in state.primitives.values():
+            found += shared_solids(body)
+        found += [proposed_way(state, proposal) for proposal in state.proposals.values()]
     if shown.surfaces:
         found += [surface_outline(surface) for surface in state.surfaces.values()]
     if shown.cameras:
@@ -216,6 +238,37 @@ def primitive_solid(item: Primitive, world_from_base: Pose) -> Solid:
         item.colour,
         world_from_base @ up,
     )
+
+
+def shared_solids(item: SharedPrimitive) -> list[Shape]:
+    """Return a primitive that somebody shares: one body, or an arrow's shaft and head."""
+    x, y, z = item.size_m
+    key = f"shared {item.primitive_id}"
+    world_from_middle = item.world_from_primitive @ Pose(np.eye(3), np.array([0, 0, 0.5 * z]))
+    if item.shape == "arrow":
+        shaft, head = SHAFT_SHARE * x, (1.0 - SHAFT_SHARE) * x
+        # A cylinder stands along z: its z becomes the arrow's x.
+        lying = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
+        at_shaft = Pose(lying, np.array([0.5 * (shaft - x), 0.0, 0.0]))
+        at_head = Pose(np.eye(3), np.array([0.5 * (x - head), 0.0, 0.0]))
+        thin = (SHAFT_WIDTH * z, SHAFT_WIDTH * y, shaft)
+        return [
+            Solid(f"{key} shaft", "cylinder", thin, item.colour, world_from_middle @ at_shaft),
+            Solid(f"{key} head", "cone", (head, y, z), item.colour, world_from_middle @ at_head),
+        ]
+    form = FORMS[item.shape or "box"]
+    return [Solid(key, form, item.size_m, item.colour, world_from_middle)]
+
+
+def proposed_way(state: SceneState, proposal: Proposal) -> Line:
+    """Return the way from where an object is to where it is proposed to go."""
+    wanted = proposal.world_from_object.translation
+    tracked = state.objects.get(proposal.object_id)
+    start = wanted if tracked is None else tracked.world_from_object.translation
+    if float(np.linalg.norm(start - wanted)) < STANDS_WITHIN_M:
+        start = wanted + np.array([0.0, 0.0, STANDS_WITHIN_M])
+    lifted = np.stack([start, wanted]) + np.array([0.0, 0.0, LIFT_M])
+    return Line(f"proposal {proposal.proposal_id}", lifted, PROPOSED, 2.0)
 
 
 def people_shapes(state: SceneState, crowd: Crowd, *, seen_by: str) -> list[Shape]:
@@ -243,7 +296,7 @@ def people_shapes(state: SceneState, crowd: Crowd, *, seen_by: str) -> list[Shap
 
 def surface_outline(surface: LiveSurface) -> Line:
     """The edge of a live surface."""
-    corners = surface.corners_in_world
+    corners = surface.seen_in_world
     return Line(f"surface {surface.surface_id}", corners[[0, 1, 2, 3, 0]], BUSY, 2.0)
 
 

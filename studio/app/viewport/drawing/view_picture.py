@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,12 +10,15 @@ from numpy.typing import NDArray
 
 from scenes.cameras import Pinhole
 from scenes.pose import Pose
+from scenes.render.renderer import PosedSplats
 from scenes.state import SceneState, TrackState
 from studio.app.viewport.drawing.mesh_picture import MeshPicture
 from studio.app.viewport.drawing.pacing import FULL, Grade
 from studio.app.viewport.drawing.scene_drawing import SceneDrawing
 from studio.app.viewport.drawing.shapes import Shape
+from studio.evaluate.scores import SYMMETRY_OF_KIND
 from studio.view.overlay import STATE_COLOURS, draw_avatar, draw_footprint, draw_line
+from studio.view.shared_things import met_proposals, proposed_splats
 from studio.view.surface_drawing import LivePicture
 
 TIE_M = 0.02
@@ -91,6 +94,7 @@ def draw_view(
         view.world_from_camera,
         coarse=grade.thinned,
         live=view.live,
+        things=_proposed(view, drawing, poses=poses),
         opens=True,
     )
     picture, depth = drawn.picture, drawn.depth
@@ -116,6 +120,17 @@ def scaled(camera: Pinhole, scale: float) -> Pinhole:
     return Pinhole(
         width, height, camera.fx * across, camera.fy * down, camera.cx * across, camera.cy * down
     )
+
+
+def _proposed(view: View, drawing: SceneDrawing, *, poses: Mapping[str, Pose]) -> list[PosedSplats]:
+    """Return copies of objects where they should go, of the proposals that are shown."""
+    if not view.state.proposals:
+        return []
+    shown = {shape.key for shape in view.shapes}
+    found = [p for key, p in view.state.proposals.items() if f"proposal {key}" in shown]
+    models = {item.object_id: item for item in drawing.scene.objects}
+    met = met_proposals(found, poses, models=models, symmetry_of_kind=SYMMETRY_OF_KIND)
+    return proposed_splats(found, models, met=met)
 
 
 def _footprints(picture: NDArray[np.uint8], view: View, drawing: SceneDrawing) -> None:

@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QToolButton, QWidget
 from scenes.cameras import Pinhole
 from scenes.pose import Pose
 from studio.app.model.actions import Choice
-from studio.app.model.names import CAMERA, shown_name
+from studio.app.model.names import CAMERA
 from studio.app.model.workbench import Topic, Workbench
 from studio.app.viewport.drawing.scene_drawing import Drawings
 from studio.app.viewport.drawing.shapes import Shown, shapes_of
@@ -69,7 +69,7 @@ class Insets:
         found = sources_of(bench.state, bench.document, bench.scene)
         return [
             Choice(
-                shown_name(source, bench.document, bench.scene),
+                bench.name_of(source),
                 {"source": source},
                 is_on=source in self._shown,
             )
@@ -96,7 +96,7 @@ class Insets:
         if source in self._shown:
             return
         if len(self._shown) >= MAX_INSETS:
-            names = ", ".join(title_of(s, bench.document, bench.scene) for s in self._shown)
+            names = ", ".join(title_of(s, bench.name_of(s)) for s in self._shown)
             raise ValueError(
                 f"{len(self._shown)} small pictures are shown ({names}), {MAX_INSETS} at most: "
                 "close one by its ✕"
@@ -150,13 +150,13 @@ class Insets:
         """Ask for pictures of what is now."""
         for source, inset in self._shown.items():
             bench = self._bench
-            inset.name(title_of(source, bench.document, bench.scene))
+            inset.name(title_of(source, bench.name_of(source)))
             if source == CAMERA:
                 inset.show_picture(bench.camera_picture, "no picture of the camera yet")
                 continue
             eyes = eyes_of(source, bench.state, bench.document, bench.scene)
             if eyes is None:
-                name = shown_name(source, bench.document, bench.scene)
+                name = bench.name_of(source)
                 inset.show_picture(None, f"{name} is not here now")
             elif bench.scene is not None:
                 self._ask(source, eyes)

@@ -6,7 +6,7 @@ from scenes.package import ScenePackage
 from scenes.pose import Pose
 from scenes.state import SceneState
 from studio.app.model.documents.document import Document, shown_pose
-from studio.app.model.names import CAMERA, shown_name
+from studio.app.model.names import CAMERA
 from studio.app.viewport.viewer import object_eyes
 
 PLAIN_HEIGHT_M = 0.2
@@ -59,7 +59,6 @@ def sources_of(
     return tuple(dict.fromkeys(found))
 
 
-def title_of(source: str, document: Document, scene: ScenePackage | None) -> str:
-    """Return the title of a small picture."""
-    name = shown_name(source, document, scene)
+def title_of(source: str, name: str) -> str:
+    """Return the title of a small picture of what something sees that is called so."""
     return f"{name}, front lens" if source == CAMERA else f"what {name} sees"

@@ -44,6 +44,13 @@ class FakeHub:
     def mute(self, person_id, *, is_muted):
         self.here[person_id] = replace(self.here[person_id], is_muted=is_muted)
 
+    def give_pen(self, person_id):
+        if person_id is not None and self.here[person_id].role is Role.SPECTATOR:
+            raise ValueError("hub: draws nothing")
+        self.here = {
+            key: replace(each, has_pen=key == person_id) for key, each in self.here.items()
+        }
+
     def remove(self, person_id):
         del self.here[person_id]
 

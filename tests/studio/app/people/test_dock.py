@@ -162,3 +162,30 @@ def test_scripts_do_all_of_it(stage, panel):
     stage.wait()
     bench.perform("people.close")
     assert stage.doors.hub is None
+
+
+def test_the_pen_is_given_to_one_and_back_to_all(stage, panel):
+    hub = opened(stage, panel)
+    hub.come("Ann")
+    hub.come("Ben")
+    hub.come("Sam", Role.SPECTATOR)
+    panel.refresh()
+    assert not panel.rows["p3"].pen.isEnabled()
+    panel.rows["p1"].pen.click()
+    panel.refresh()
+    assert [each.has_pen for each in hub.here.values()] == [True, False, False]
+    assert "has the pen" in panel.rows["p1"].state.text()
+    assert panel.rows["p1"].pen.text() == "Pen to all"
+    panel.rows["p2"].pen.click()
+    stage.bench.perform("people.undo")
+    assert hub.here["p1"].has_pen, "as it was before Ben had it"
+    panel.refresh()
+    panel.rows["p1"].pen.click()
+    assert not any(each.has_pen for each in hub.here.values())
+    stage.bench.perform("people.undo")
+    assert hub.here["p1"].has_pen
+    stage.bench.perform("people.give_pen")
+    assert not any(each.has_pen for each in hub.here.values())
+    with pytest.raises(ValueError, match="draws nothing"):
+        stage.guests.give_pen("Sam")
+    assert stage.guests.undoes == "the pen for everybody"

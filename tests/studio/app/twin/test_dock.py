@@ -1,6 +1,9 @@
 import numpy as np
 import pytest
 
+from scenes.frames import look_at
+from scenes.pose import Pose
+from scenes.state import Avatar, LiveSurface, Proposal, SceneState, SharedPrimitive
 from studio.console.display import why_no_window
 
 WHY_NOT = why_no_window()
@@ -92,3 +95,34 @@ def test_what_is_added_is_listed_selected_and_removed(dock, bench):
     assert bench.do("twin.remove", item=next(iter(bench.document.twin.primitives)))
     dock.refresh()
     assert "Primitives" not in rows(dock) or rows(dock)["Primitives"] == []
+
+
+def test_people_and_their_things_are_listed_by_name_and_cannot_be_edited(dock, bench):
+    item = bench.scene.objects[0]
+    head = look_at(np.array([0.5, 0.2, 1.5]), np.array([2.0, 0.2, 1.0]))
+    there = Pose.from_yaw(0.4, (0.5, 0.5, 0.0))
+    corners = np.array([[0, 0, 1], [1, 0, 1], [1, 0, 0], [0, 0, 0]], dtype=float)
+    box = SharedPrimitive("p1/b", "p1", "box", (0.3, 0.3, 0.4), (1, 0, 0), there)
+    state = SceneState(
+        avatars={"p1": Avatar("p1", "remote", head, name="Ann 1")},
+        primitives={"p1/b": box},
+        proposals={"p1/c": Proposal("p1/c", "p1", "Ann 1", item.object_id, there)},
+        surfaces={"p1/s": LiveSurface("p1/s", corners, (16, 16), "cam", corners + 1)},
+    )
+    bench.show_state(state)
+    dock.refresh()
+    found = rows(dock)
+    assert found["People"] == ["Ann 1"]
+    assert found["Primitives"] == ["box"]
+    assert found["Proposals"] == [item.name]
+    assert found["Live surfaces"] == ["p1/s"]
+    bench.select("p1/b")
+    assert dock.inspector.state.text() == "of Ann 1"
+    assert not dock.inspector.remove.isEnabled()
+    assert not dock.inspector.place[0].isEnabled()
+    assert dock.inspector.name.isReadOnly()
+    bench.select("p1")
+    assert dock.inspector.name.text() == "Ann 1"
+    bench.select(item.object_id)
+    assert not dock.inspector.name.isReadOnly()
+    bench.show_state(None)

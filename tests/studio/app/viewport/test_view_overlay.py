@@ -7,7 +7,7 @@ from PySide6.QtGui import QImage, QPainter
 from scenes.cameras import Pinhole
 from scenes.frames import look_at
 from scenes.pose import Pose
-from scenes.state import Avatar, SceneState, TrackedObject, TrackState
+from scenes.state import Avatar, Proposal, SceneState, TrackedObject, TrackState
 from studio.app.model.documents.document import Document, TwinEdits
 from studio.app.viewport.view_overlay import Overlay
 from studio.console.display import why_no_window
@@ -43,3 +43,36 @@ def test_labels_of_people_who_stand_together_are_above_one_another(qapp, monkeyp
         assert not any(area.intersects(other) for other in placed[:at])
     # Named as the user named them, wherever a name stands.
     assert {"Ana Maria", "benjamin", "caroline", "● Grandma's chair tracked"} == set(words)
+
+
+def test_people_and_proposals_are_called_by_the_names_of_people(qapp, monkeypatch, tiny):
+    image = QImage(400, 300, QImage.Format.Format_RGB32)
+    painter = QPainter(image)
+    eye = look_at(np.array([0.0, -4.0, 1.7]), np.array([0.0, 0.0, 0.5]))
+    overlay = Overlay(painter, Pinhole.from_fov(400, 300, 1.2), eye)
+    item = tiny.scene.objects[0]
+    head = look_at(np.array([-0.8, 0.0, 1.65]), np.array([0.0, 5.0, 1.65]))
+    ann = Avatar("p1", "remote", head, name="Ann 1")
+    far, near = (Pose.from_yaw(0.0, (x, 0.0, 0.0)) for x in (0.9, -0.4))
+    state = SceneState(
+        avatars={"p1": ann},
+        proposals={
+            "a": Proposal("a", "p1", "", item.object_id, far),
+            "b": Proposal("b", "p7", "Ben 2", item.object_id, near),
+        },
+        objects={
+            item.object_id: TrackedObject(
+                item.object_id, 0, near, np.eye(4), 1.0, TrackState.STATIC, 1.0, 0
+            )
+        },
+    )
+    words = []
+    monkeypatch.setattr(overlay, "words", lambda at, text, colour: words.append(text))
+    overlay.label_all(state, Document("tiny"), tiny.scene, people=True)
+    painter.end()
+    called = item.name
+    assert set(words) == {
+        "Ann 1",
+        f"Ann 1: {called} here",
+        f"✔ {called} stands as proposed by Ben 2",
+    }

@@ -1,5 +1,6 @@
 """Doors of a session: opened, opened anew, closed, over."""
 
+import socket
 import urllib.request
 
 import pytest
@@ -16,6 +17,7 @@ def doors(tiny, tmp_path, monkeypatch):
     monkeypatch.setenv("NEXUS_HOME", str(tmp_path))
     said = []
     made = Doors(tiny.scene, clock=WallClock(), say=said.append)
+    made.said = said
     yield made
     made.end()
 
@@ -48,3 +50,23 @@ def test_a_session_that_is_over_stays_closed(doors):
     doors.end()
     with pytest.raises(ValueError, match="session is over"):
         doors.open(Hosting())
+
+
+def test_they_open_again_at_the_same_port(doors):
+    port = doors.open(Hosting()).port
+    doors.close()
+    assert doors.open(Hosting()).port == port
+    wider = doors.open(Hosting(is_open=True))
+    assert wider.port == port
+    assert wider.url.startswith("https://")
+    assert wider.url.endswith(f":{port}/")
+
+
+def test_a_port_that_somebody_has_taken_is_given_up_and_that_is_said(doors):
+    port = doors.open(Hosting()).port
+    doors.close()
+    with socket.create_server(("127.0.0.1", port)):
+        assert doors.open(Hosting()).port != port
+        with pytest.raises(OSError, match=r"."):
+            doors.open(Hosting(port=port))
+    assert any(f"port {port} is taken" in line for line in doors.said)

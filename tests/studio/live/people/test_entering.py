@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from devices.hub.server import Arrived
+from devices.recorded.people import RecordedAvatar, RecordedAvatarGone
 from devices.recording import read_recording, read_session
-from devices.recording_codec import RecordedAvatar, RecordedAvatarGone
 from scenes.pose import Pose
 from scenes.state import Annotation, Avatar, LiveSurface
 from studio.live.people import entering

@@ -1,11 +1,17 @@
-"""Two people over real sockets in a live session: seen, recorded, and replayed to the bit."""
+"""People over real sockets in a live session: what they show and make is replayed to the bit."""
 
 from __future__ import annotations
 
 import asyncio
 
+from devices.recorded.people import (
+    RecordedAnnotation,
+    RecordedAvatar,
+    RecordedPrimitive,
+    RecordedProposal,
+    RecordedSurface,
+)
 from devices.recording import read_recording, read_session
-from devices.recording_codec import RecordedAnnotation, RecordedAvatar
 from scenes.workers.task import Task
 from sim.headset.connection import HubAddress
 from sim.headset.crowd import CrowdPlan, run_crowd
@@ -15,10 +21,23 @@ from studio.session.sources import PEOPLE, recorded_messages
 
 
 def seen(output):
-    """People, lines and version of the state after a picture, as plain numbers."""
+    """People, their things and version of the state after a picture, as plain numbers."""
     state = output.state
+    things = {
+        key: (thing.shape, thing.size_m, thing.world_from_primitive.matrix().tolist())
+        for key, thing in state.primitives.items()
+    }
+    things |= {
+        key: (thing.object_id, thing.user_name, thing.world_from_object.matrix().tolist())
+        for key, thing in state.proposals.items()
+    }
+    things |= {
+        key: (thing.corners_in_world.tolist(), thing.size_px, thing.seen_in_world.tolist())
+        for key, thing in state.surfaces.items()
+    }
     people = {
         key: (
+            a.name,
             a.world_from_head.matrix().tolist(),
             [hand.tolist() for hand in a.hands],
             None if a.ray is None else a.ray.tolist(),
@@ -27,12 +46,12 @@ def seen(output):
     }
     lines = {key: item.points_in_world.tolist() for key, item in state.annotations.items()}
     events = [event.text for event in output.input.events if event.source == PEOPLE]
-    return state.version, people, lines, events
+    return state.version, people, lines, things, events
 
 
 def test_two_people_in_a_session_are_recorded_and_replayed_to_the_bit(live, tiny, monkeypatch):
-    monkeypatch.setattr("sim.headset.client.DRAW_EVERY_S", 0.9)
-    monkeypatch.setattr("sim.headset.client.DRAW_S", 0.5)
+    monkeypatch.setattr("sim.headset.client.DRAW_EVERY_S", 0.7)
+    monkeypatch.setattr("sim.headset.client.DRAW_S", 0.4)
     states = {}
     with hosted(Hosting(), tiny.scene, clock=live.clock, say=lambda _line: None) as hub:
         session = live.session(people=hub)
@@ -45,7 +64,7 @@ def test_two_people_in_a_session_are_recorded_and_replayed_to_the_bit(live, tiny
                 yield hub.invite().code
 
         def join(_task):
-            plan = CrowdPlan(HubAddress(hub.url), 2, 3.0)
+            plan = CrowdPlan(HubAddress(hub.url), 2, 4.5)
             return asyncio.run(run_crowd(plan, codes(), over=asyncio.Event()))
 
         tally = Task("two people", join).start().outcome()
@@ -65,8 +84,14 @@ def test_two_people_in_a_session_are_recorded_and_replayed_to_the_bit(live, tiny
     assert {avatar.user_id for avatar in avatars} == {"p1", "p2"}
     assert {hand.shape for avatar in avatars for hand in avatar.hands} == {(25, 3)}
     assert any(avatar.ray is not None for avatar in avatars)
+    assert {avatar.name for avatar in avatars} == {"Ann 1", "Ben 2"}
     assert any(isinstance(value, RecordedAnnotation) for value in values)
-    assert max(len(people) for _, people, _, _ in states.values()) == 2
+    assert any(isinstance(value, RecordedPrimitive) for value in values)
+    assert any(isinstance(value, RecordedProposal) for value in values)
+    surfaces = [value.surface for value in values if isinstance(value, RecordedSurface)]
+    assert any(surface.carried_to is not None for surface in surfaces)
+    assert max(len(people) for _, people, *_ in states.values()) == 2
+    assert max(len(things) for _, _, _, things, _ in states.values()) >= 2
 
     info, again = read_session(path), {}
     replay = tiny.session(

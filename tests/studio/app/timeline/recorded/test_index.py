@@ -4,16 +4,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from devices.recording import Recorder, RecordingError, read_recording, read_session
-from devices.recording_codec import (
-    FrameStamp,
+from devices.recorded.people import (
     RecordedAnnotation,
     RecordedAvatar,
     RecordedAvatarGone,
     RecordedSurface,
-    RecordedTrack,
-    encode_message,
 )
+from devices.recording import Recorder, RecordingError, read_recording, read_session
+from devices.recording_codec import FrameStamp, RecordedTrack, encode_message
 from devices.replay import ReplayCamera
 from scenes.pose import Pose
 from scenes.state import Annotation, Avatar, AvatarGone, LiveSurface, SceneState, reduce_state

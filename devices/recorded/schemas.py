@@ -44,6 +44,7 @@ SCHEMAS: Mapping[str, Mapping[str, str]] = {
         "world_from_head": "array",
         "hands": "array",
         "ray": "array",
+        "name": "string",
     },
     "gaussiannexus.AvatarGone": {"user_id": "string"},
     "gaussiannexus.LiveSurface": {
@@ -51,6 +52,22 @@ SCHEMAS: Mapping[str, Mapping[str, str]] = {
         "corners_in_world": "array",
         "size_px": "array",
         "stream_id": "string",
+        "carried_to": "array",
+    },
+    "gaussiannexus.Primitive": {
+        "primitive_id": "string",
+        "user_id": "string",
+        "shape": "string",
+        "size_m": "array",
+        "colour": "array",
+        "world_from_primitive": "array",
+    },
+    "gaussiannexus.Proposal": {
+        "proposal_id": "string",
+        "user_id": "string",
+        "user_name": "string",
+        "object_id": "string",
+        "world_from_object": "array",
     },
     "gaussiannexus.Annotation": {
         "annotation_id": "string",

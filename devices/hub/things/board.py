@@ -1,0 +1,173 @@
+"""Everything that people have put into the room, its limits, and undo for each person."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+from typing import Any
+
+from devices.hub.messages import Do, OpError
+from devices.hub.roles import Op
+from devices.hub.things.drawn import Drawn
+
+MAX_LINES = 2000
+"""Lines at the same time; chosen: an hour of drawing."""
+
+MAX_POINTS_IN_ALL = 50_000
+"""Points of all lines together: about 1.5 MB of text for whoever joins."""
+
+MAX_SURFACES = 32
+"""Surfaces that people have made, at the same time; each is a video."""
+
+MAX_PRIMITIVES, MAX_PRIMITIVES_EACH = 256, 64
+"""Primitives at the same time, of all and of one person; chosen: a furnished room."""
+
+MAX_PROPOSALS, MAX_PROPOSALS_EACH = 16, 8
+"""Proposals at the same time, of all and of one person; each is a copy of an object's splats."""
+
+LIMITS: Mapping[Op, tuple[str, int, int]] = MappingProxyType(
+    {
+        Op.LINE: ("lines", MAX_LINES, MAX_LINES),
+        Op.SURFACE: ("surfaces", MAX_SURFACES, MAX_SURFACES),
+        Op.PRIMITIVE: ("primitives", MAX_PRIMITIVES, MAX_PRIMITIVES_EACH),
+        Op.PROPOSE: ("proposals", MAX_PROPOSALS, MAX_PROPOSALS_EACH),
+    }
+)
+"""Things by operation: in words, at most of all, at most of one person."""
+
+MAX_UNDO = 100
+"""Operations that a person can undo."""
+
+STEADY_NS = 10**9
+"""Pause after which changing the same thing again is another operation to undo, where a client does
+not say which operations are one drag: one second."""
+
+Drag = str | int | None
+"""A client's name of one drag; None where it gives none."""
+
+
+@dataclass(slots=True, eq=False)
+class _Step:
+    """A thing before the operations that one undo takes back.
+
+    Attributes:
+        before: as it was.
+        t_ns: of the newest operation that is taken back with it.
+        drag: the client's name of these operations.
+        is_open: whether more operations can be taken back with it.
+    """
+
+    before: Drawn
+    t_ns: int
+    drag: Drag
+    is_open: bool
+
+
+@dataclass(slots=True)
+class Board:
+    """Every thing that is there now."""
+
+    _things: dict[Op, dict[str, Drawn]] = field(
+        default_factory=lambda: {op: dict[str, Drawn]() for op in LIMITS}
+    )
+    _points: int = 0
+    _steps: dict[str, deque[_Step]] = field(default_factory=dict[str, "deque[_Step]"])
+
+    def whole(self) -> dict[str, Any]:
+        """Return things for whoever joins, by kind and name."""
+        return {
+            LIMITS[op][0]: {key: {"by": it.by, **it.fields()} for key, it in there.items()}
+            for op, there in self._things.items()
+        }
+
+    def do(self, person_id: str, do: Do, *, now_ns: int, name: str = "") -> Drawn:
+        """Do what a person asks for; return what has become of the thing.
+
+        Args:
+            person_id: who asks.
+            do: what for.
+            now_ns: session time.
+            name: of the person.
+
+        Raises:
+            OpError: there is nothing to undo, it is somebody else's, or too much is there.
+        """
+        if do.drawn is None:
+            steps = self._steps.get(person_id)
+            if not steps:
+                raise OpError("there is nothing to undo", op_id=do.op_id)
+            before = steps[-1].before
+            self._check_room(before, do)
+            steps.pop()
+            self.put(before)
+            return before
+        key = own_key(person_id, do.drawn.key)
+        changed = replace(do.drawn, key=key, by=person_id, name=name)
+        self._check_room(changed, do)
+        before = self._things[do.op].get(key) or Drawn(do.op, key, person_id)
+        self._remember(before, changed, drag=do.drag, now_ns=now_ns)
+        self.put(changed)
+        return changed
+
+    def put(self, drawn: Drawn) -> bool:
+        """Replace a thing, or take it away at its end; return whether that is a change."""
+        there = self._things[drawn.op]
+        old = there.pop(drawn.key, None)
+        if drawn.is_there:
+            there[drawn.key] = drawn
+        if drawn.op is Op.LINE:
+            self._points += len(drawn.points) - (0 if old is None else len(old.points))
+        return old is not None or drawn.is_there
+
+    def forget(self, person_id: str) -> None:
+        """Keep no operations to undo of somebody who does not come back."""
+        self._steps.pop(person_id, None)
+
+    def _check_room(self, drawn: Drawn, do: Do) -> None:
+        there = self._things[drawn.op]
+        old = there.get(drawn.key)
+        if not drawn.is_there:
+            return
+        words, most, most_each = LIMITS[drawn.op]
+        if old is None and len(there) >= most:
+            raise OpError(f"{len(there)} {words} are there, erase some", op_id=do.op_id)
+        own = sum(it.by == drawn.by for it in there.values()) if most_each < most else 0
+        if old is None and own >= most_each:
+            raise OpError(f"{own} {words} of yours are there, erase some", op_id=do.op_id)
+        more = len(drawn.points) - (0 if old is None else len(old.points))
+        if drawn.op is Op.LINE and self._points + more > MAX_POINTS_IN_ALL:
+            raise OpError(f"lines of {self._points} points are there, erase some", op_id=do.op_id)
+
+    def _remember(self, before: Drawn, changed: Drawn, *, drag: Drag, now_ns: int) -> None:
+        """Let a line that grows, or a thing that is carried, be taken back as one."""
+        steps = self._steps.setdefault(changed.by, deque(maxlen=MAX_UNDO))
+        newest = steps[-1] if steps else None
+        if newest is not None and newest.is_open and changed.is_there:
+            is_same = (newest.before.op, newest.before.key) == (changed.op, changed.key)
+            is_one = changed.op is Op.LINE or (
+                newest.drag == drag
+                if drag is not None
+                else newest.drag is None and now_ns - newest.t_ns < STEADY_NS
+            )
+            if is_same and is_one:
+                newest.t_ns = now_ns
+                return
+        if not changed.is_there and not before.is_there:
+            return
+        steps.append(_Step(before, now_ns, drag, changed.is_there))
+
+
+def own_key(person_id: str, key: str) -> str:
+    """Return a person's thing by its name in the session.
+
+    Raises:
+        OpError: it is somebody else's.
+    """
+    owner, slash, name = key.partition("/")
+    if not slash:
+        return f"{person_id}/{key}"
+    if owner != person_id:
+        raise OpError(f"{key} belongs to somebody else")
+    return f"{person_id}/{name}"

@@ -1,0 +1,232 @@
+"""A thing that somebody has put into the room: on the wire, and in the session's types and axes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.hub.roles import Op
+from scenes.frames import WORLD_FROM_GLTF
+from scenes.pose import Pose
+from scenes.state import (
+    Annotation,
+    LiveSurface,
+    Placed,
+    PrimitiveShape,
+    Proposal,
+    SceneState,
+    SharedPrimitive,
+)
+
+DECIMALS = 4
+"""Places after the point on the wire: a tenth of a millimetre."""
+
+QUATERNION_DECIMALS = 5
+"""Of a quaternion on the wire: 2e-5 rad, less than a tenth of a millimetre across a room."""
+
+SURFACE_PX = 1024
+"""Longer side of the rectified picture that a new surface asks for, pixels."""
+
+GLTF_FROM_WORLD = WORLD_FROM_GLTF.inverse()
+"""From the session's axes to those of the wire."""
+
+ROOM = "room"
+"""Author of what the session itself has drawn."""
+
+NOTHING = np.zeros((0, 3))
+"""Points of what is erased."""
+
+AT_ORIGIN = Pose.identity()
+"""Pose of what has none."""
+
+Thing = Annotation | LiveSurface | Placed
+"""A thing in the session's types."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Drawn:
+    """A thing as it is on the wire.
+
+    Attributes:
+        op: line, surface, primitive or propose.
+        key: unique in the session.
+        by: person whose it is, or "room".
+        points: (N, 3) metres, y up: of a line, or corners of a surface; none where it is erased.
+        colour: of a line or primitive.
+        seen: (4, 3) corners to which a surface is carried, or (0, 3).
+        shape: of a primitive; None where it is erased.
+        size_m: of a primitive, along its own axes, y up.
+        pose: of a primitive or proposal; room and thing with y up.
+        object_id: of a proposal; empty where it is withdrawn.
+        name: of a proposal's owner.
+    """
+
+    op: Op
+    key: str
+    by: str
+    points: NDArray[np.float64] = field(default_factory=lambda: NOTHING)
+    colour: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    seen: NDArray[np.float64] = field(default_factory=lambda: NOTHING)
+    shape: PrimitiveShape | None = None
+    size_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    pose: Pose = AT_ORIGIN
+    object_id: str = ""
+    name: str = ""
+
+    @property
+    def is_there(self) -> bool:
+        """Whether it is in the room, rather than the end of what was."""
+        if self.op is Op.PRIMITIVE:
+            return self.shape is not None
+        return bool(self.object_id) if self.op is Op.PROPOSE else len(self.points) > 0
+
+    @property
+    def is_finite(self) -> bool:
+        """Whether it is somewhere: every number of its place can be sent."""
+        numbers = (*self.points.flat, *self.seen.flat, *self.size_m)
+        return bool(np.isfinite(numbers).all() and np.isfinite(self.pose.matrix()).all())
+
+    def entry(self) -> dict[str, Any]:
+        """Return its fields in the log."""
+        return {"by": self.by, "op": str(self.op), FIELDS[self.op]: self.key, **self.fields()}
+
+    def fields(self) -> dict[str, Any]:
+        """Return what is said of it beside whose and which it is."""
+        colour = [round(part, DECIMALS) for part in self.colour]
+        match self.op:
+            case Op.SURFACE:
+                seen = {"seen": _listed(self.seen)} if len(self.seen) else {}
+                return {"corners": _listed(self.points), **seen}
+            case Op.PRIMITIVE:
+                if self.shape is None:
+                    return {"shape": None}
+                size = [round(side, DECIMALS) for side in self.size_m]
+                pose = on_the_wire(self.pose)
+                return {"shape": self.shape, "size": size, "colour": colour, "pose": pose}
+            case Op.PROPOSE:
+                if not self.object_id:
+                    return {"object": None}
+                pose = on_the_wire(self.pose)
+                return {"name": self.name, "object": self.object_id, "pose": pose}
+            case _:
+                return {"points": _listed(self.points), "colour": colour}
+
+    def thing(self) -> Thing:
+        """Return it in the session's types and axes."""
+        match self.op:
+            case Op.SURFACE:
+                return self._surface()
+            case Op.PRIMITIVE:
+                x, y, z = self.size_m
+                pose = _in_world(self.pose)
+                return SharedPrimitive(self.key, self.by, self.shape, (x, z, y), self.colour, pose)
+            case Op.PROPOSE:
+                pose = _in_world(self.pose)
+                return Proposal(self.key, self.by, self.name, self.object_id, pose)
+            case _:
+                return Annotation(self.key, self.by, WORLD_FROM_GLTF @ self.points, self.colour)
+
+    def _surface(self) -> LiveSurface:
+        """Return a surface whose picture is as large as its shape asks for."""
+        corners = WORLD_FROM_GLTF @ self.points
+        size_px = (SURFACE_PX, SURFACE_PX)
+        if len(corners):
+            sides = np.linalg.norm(corners - np.roll(corners, -1, axis=0), axis=1)
+            width, height = float(sides[0] + sides[2]), float(sides[1] + sides[3])
+            scale = SURFACE_PX / max(width, height, 1e-6)
+            size_px = (max(16, round(scale * width)), max(16, round(scale * height)))
+        carried = WORLD_FROM_GLTF @ self.seen if len(self.seen) else None
+        return LiveSurface(self.key, corners, size_px, "", carried)
+
+
+FIELDS = {
+    Op.LINE: "line",
+    Op.SURFACE: "surface",
+    Op.PRIMITIVE: "primitive",
+    Op.PROPOSE: "proposal",
+}
+"""Fields with a thing's name, by operation."""
+
+
+def drawn_thing(thing: Thing) -> Drawn:
+    """Return a thing of the session as it is on the wire; lines and surfaces are the room's."""
+    match thing:
+        case Annotation():
+            points = GLTF_FROM_WORLD @ np.asarray(thing.points_in_world, dtype=np.float64)
+            red, green, blue = (float(part) for part in thing.colour)
+            points = points.reshape(-1, 3)
+            return Drawn(Op.LINE, thing.annotation_id, ROOM, points, (red, green, blue))
+        case LiveSurface():
+            corners = GLTF_FROM_WORLD @ np.asarray(thing.corners_in_world, dtype=np.float64)
+            carried = thing.carried_to
+            seen = NOTHING if carried is None else GLTF_FROM_WORLD @ carried
+            return Drawn(Op.SURFACE, thing.surface_id, ROOM, corners.reshape(-1, 3), seen=seen)
+        case SharedPrimitive():
+            x, y, z = thing.size_m
+            return Drawn(
+                Op.PRIMITIVE,
+                thing.primitive_id,
+                thing.user_id or ROOM,
+                colour=thing.colour,
+                shape=thing.shape,
+                size_m=(x, z, y),
+                pose=_in_gltf(thing.world_from_primitive),
+            )
+        case Proposal():
+            return Drawn(
+                Op.PROPOSE,
+                thing.proposal_id,
+                thing.user_id or ROOM,
+                pose=_in_gltf(thing.world_from_object),
+                object_id=thing.object_id,
+                name=thing.user_name,
+            )
+
+
+def drawn_by_room(
+    before: SceneState, state: SceneState, *, is_known: Callable[[Thing], bool]
+) -> Iterator[Drawn]:
+    """Yield things in which two states differ; one that is gone as its end.
+
+    Args:
+        before: the state before.
+        state: the next one.
+        is_known: whether a value has come from the people themselves.
+    """
+    for op, old, new in (
+        (Op.LINE, before.annotations, state.annotations),
+        (Op.SURFACE, before.surfaces, state.surfaces),
+        (Op.PRIMITIVE, before.primitives, state.primitives),
+        (Op.PROPOSE, before.proposals, state.proposals),
+    ):
+        if old is new:
+            continue
+        for key, thing in new.items():
+            if old.get(key) is not thing and not is_known(thing):
+                yield drawn_thing(thing)
+        for key in old.keys() - new.keys():
+            yield Drawn(op, key, ROOM)
+
+
+def on_the_wire(pose: Pose) -> list[float]:
+    """Return place and quaternion x y z w."""
+    w, x, y, z = (round(float(part), QUATERNION_DECIMALS) for part in pose.quaternion())
+    place = [round(float(part), DECIMALS) for part in pose.translation]
+    return [*place, x, y, z, w]
+
+
+def _in_world(room_from_thing: Pose) -> Pose:
+    """Return a pose whose axes of room and thing have z up, from one where y is up."""
+    return WORLD_FROM_GLTF @ room_from_thing @ GLTF_FROM_WORLD
+
+
+def _in_gltf(world_from_thing: Pose) -> Pose:
+    return GLTF_FROM_WORLD @ world_from_thing @ WORLD_FROM_GLTF
+
+
+def _listed(points: NDArray[np.float64]) -> list[list[float]]:
+    return np.round(points, DECIMALS).tolist()

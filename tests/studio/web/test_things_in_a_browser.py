@@ -1,0 +1,252 @@
+"""Shapes, carried pictures and proposals in a real browser against the real hub."""
+
+import time
+
+import numpy as np
+import pytest
+
+from devices.hub.roles import Role
+from scenes.pose import Pose
+from scenes.state import LiveSurface, SceneState, TrackedObject, TrackState, reduce_state
+
+READY = "document.documentElement?.dataset.state === 'ready'"
+JOINING = "document.documentElement?.dataset.state === 'join'"
+WALL = [[-1.0, 1.8, -1.5], [0.0, 1.8, -1.5], [0.0, 1.0, -1.5], [-1.0, 1.0, -1.5]]
+
+
+class Echo:
+    """A session's part: what people send enters the state, which goes back to them."""
+
+    def __init__(self, hub, state):
+        self.hub, self.state = hub, state
+        hub.publish(state)
+
+    def until(self, wanted, seconds=20.0):
+        """Take what comes until the state is as wanted; return what was wanted of it."""
+        deadline = time.monotonic() + seconds
+        while time.monotonic() < deadline:
+            arrived = self.hub.take()
+            for change in (*arrived.surfaces, *arrived.lines, *arrived.placed):
+                self.state = reduce_state(self.state, change, 0)
+            self.hub.publish(self.state)
+            if found := wanted(self.state):
+                return found
+            time.sleep(0.02)
+        raise TimeoutError("the state is not as wanted")
+
+    def place(self, x, y=0.2, yaw=0.0):
+        """Let the tracked object be somewhere."""
+        now = time.monotonic_ns()
+        pose = Pose.from_yaw(yaw, (x, y, 0.0))
+        box = TrackedObject("box-1", now, pose, np.zeros((4, 4)), 1.0, TrackState.TRACKED, 1.0, 0)
+        self.state = reduce_state(self.state, box, now)
+        self.hub.publish(self.state)
+
+
+@pytest.fixture
+def echo(hub):
+    found = Echo(hub, SceneState())
+    found.place(0.3)
+    return found
+
+
+@pytest.fixture
+def inside(page, hub, echo):
+    """The page in the room, looking down on it from the front."""
+    page.visit(hub.invite().url, width=1000, height=640)
+    page.wait_for(JOINING)
+    page.evaluate("document.getElementById('name').value = 'Ada'")
+    page.evaluate("document.getElementById('join-button').click()")
+    page.wait_for(READY)
+    page.wait_for("live.isWhole()")
+    page.evaluate(
+        "document.getElementById('panel').hidden = true; dispatchEvent(new Event('resize'))"
+    )
+    page.evaluate(
+        "live.control.camera.position.set(0, -2.6, 2.2);"
+        "live.control.lookAt(live.room.camera.position.clone().set(0, 0.6, 0.5))"
+    )
+    return page
+
+
+def seen_at(page, x, y, z):
+    """Where a place of the room (headset axes) is in the picture."""
+    return page.evaluate(
+        "((p) => [(1 + p.x) / 2 * innerWidth, (1 - p.y) / 2 * innerHeight])"
+        f"(live.room.upright.localToWorld(live.room.camera.position.clone().set({x}, {y}, {z}))"
+        ".project(live.room.camera))"
+    )
+
+
+def drag(page, *places):
+    mouse = {"button": "left", "buttons": 1, "clickCount": 1}
+    for kind, (x, y) in zip(
+        ["mousePressed", *["mouseMoved"] * (len(places) - 2), "mouseReleased"], places, strict=True
+    ):
+        page.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, **mouse)
+        time.sleep(0.05)
+
+
+def choose(page, tool):
+    page.evaluate(f"document.getElementById('tool-{tool}').click()")
+
+
+def only(items):
+    return next(iter(items.values())) if len(items) == 1 else None
+
+
+def test_a_shape_is_put_carried_turned_sized_and_taken_back(inside, echo):
+    choose(inside, "shape")
+    at = seen_at(inside, -0.8, 0, 0.5)
+    drag(inside, at, at)
+    body = echo.until(lambda state: only(state.primitives))
+    assert body.shape == "box"
+    assert body.user_id == "p1"
+    np.testing.assert_allclose(body.world_from_primitive.translation, [-0.8, -0.5, 0.0], atol=0.06)
+
+    choose(inside, "carry")
+    inside.wait_for("live.things.of('primitive').length === 1")
+    start, middle, end = (seen_at(inside, x, 0.05, 0.62) for x in (-0.8, -0.2, 0.4))
+    drag(inside, start, start, middle, end, end)
+
+    def carried(state):
+        found = only(state.primitives)
+        return found if found and found.world_from_primitive.translation[0] > 0.3 else None
+
+    there = echo.until(carried)
+    np.testing.assert_allclose(there.world_from_primitive.translation[2], 0.0, atol=0.03)
+    inside.evaluate("document.getElementById('thing-left').click()")
+    inside.evaluate("document.getElementById('thing-larger').click()")
+    larger = echo.until(
+        lambda state: b if (b := only(state.primitives)) and b.size_m[0] > 0.33 else None
+    )
+    turn = larger.world_from_primitive.yaw() - there.world_from_primitive.yaw()
+    assert turn == pytest.approx(np.pi / 12, abs=1e-3)
+
+    # One undo each: the size, the turn, the whole drag, the shape.
+    for wanted in (
+        lambda b: b.size_m[0] == pytest.approx(0.3),
+        lambda b: b.world_from_primitive.yaw() == pytest.approx(there.world_from_primitive.yaw()),
+        lambda b: b.world_from_primitive.translation[0] == pytest.approx(-0.8, abs=0.06),
+    ):
+        inside.evaluate("document.getElementById('undo').click()")
+        echo.until(lambda state, wanted=wanted: wanted(only(state.primitives)))
+    inside.evaluate("document.getElementById('undo').click()")
+    echo.until(lambda state: not state.primitives)
+    inside.wait_for("live.bodies.meshes.size === 0")
+    assert inside.messages == []
+
+
+def test_an_arrow_goes_from_where_one_presses_to_where_one_lets_go(inside, echo):
+    choose(inside, "shape")
+    inside.evaluate("document.getElementById('shape-arrow').click()")
+    places = [seen_at(inside, x, 0, 0.6) for x in (-1.0, -0.6, -0.2, -0.2)]
+    drag(inside, *places)
+    arrow = echo.until(
+        lambda state: b if (b := only(state.primitives)) and b.size_m[0] > 0.7 else None
+    )
+    tip = arrow.world_from_primitive @ np.array([0.5 * arrow.size_m[0], 0, 0])
+    np.testing.assert_allclose(tip, [-0.2, -0.6, 0.0], atol=0.08)
+
+
+def test_a_proposal_turns_green_when_the_object_stands_there(inside, echo, hub):
+    choose(inside, "propose")
+    inside.wait_for("live.room.objects.get('box-1').pose !== undefined")
+    start = seen_at(inside, 0.3, 0.2, 0.0)
+    places = [seen_at(inside, x, 0.2, 0.0) for x in (0.3, 0.0, -0.5, -1.0, -1.0)]
+    drag(inside, start, *places)
+
+    def away(state):
+        found = only(state.proposals)
+        return found if found and found.world_from_object.translation[0] < -0.7 else None
+
+    copy = echo.until(away)
+    assert (copy.object_id, copy.user_name) == ("box-1", "Ada")
+    assert copy.world_from_object.translation[2] == pytest.approx(0.0, abs=0.02)
+    key = copy.proposal_id
+    said = "[...document.querySelectorAll('#labels span')].map((it) => it.textContent).join()"
+    inside.wait_for(f"/you: Box 1/.test({said})")
+    assert not inside.evaluate(f"live.proposals.isMet('{key}')")
+    x, y, _ = copy.world_from_object.translation
+    echo.place(x + 0.03, y, yaw=0.1)
+    inside.wait_for(f"live.proposals.isMet('{key}')")
+    assert copy.is_met(echo.state.objects["box-1"].world_from_object)
+    echo.place(x + 0.03, y, yaw=0.4)
+    inside.wait_for(f"!live.proposals.isMet('{key}')")
+
+    inside.evaluate("document.getElementById('thing-remove').click()")
+    echo.until(lambda state: not state.proposals)
+    inside.wait_for("live.proposals.copies.size === 0")
+    assert inside.messages == []
+
+
+def test_a_live_picture_is_carried_away_and_put_back(inside, echo):
+    inside.evaluate(f"live.board.mark({WALL})")
+    surface = echo.until(lambda state: only(state.surfaces))
+    inside.wait_for("live.things.of('surface').length === 1")
+    choose(inside, "carry")
+    places = [seen_at(inside, x, 1.4, -1.5) for x in (-0.5, -0.5, -0.2, 0.3, 0.3)]
+    drag(inside, *places)
+    away = echo.until(
+        lambda state: s if (s := only(state.surfaces)) and s.carried_to is not None else None
+    )
+    np.testing.assert_array_equal(away.corners_in_world, surface.corners_in_world)
+    moved = away.carried_to - away.corners_in_world
+    np.testing.assert_allclose(moved, np.tile(moved[0], (4, 1)), atol=1e-3)
+    assert moved[0, 0] == pytest.approx(0.8, abs=0.1)
+    inside.evaluate("document.getElementById('thing-back').click()")
+    echo.until(lambda state: only(state.surfaces).carried_to is None)
+    assert inside.evaluate("document.getElementById('thing-back').disabled")
+
+
+def test_what_is_anothers_stays_where_it_is(inside, echo, invite_guest):
+    guest = invite_guest("Grace")
+    pose = [-0.8, 0, 0.5, 0, 0, 0, 1]
+    guest.do(op="primitive", primitive="b", shape="box", size=[0.3] * 3, pose=pose)
+    echo.until(lambda state: only(state.primitives))
+    inside.wait_for("live.things.of('primitive').length === 1")
+    choose(inside, "carry")
+    start = seen_at(inside, -0.8, 0.15, 0.64)
+    drag(inside, start, start, seen_at(inside, 0.2, 0.15, 0.64), seen_at(inside, 0.2, 0.15, 0.64))
+    assert "only they" in inside.evaluate("document.getElementById('notice').textContent")
+    inside.evaluate(
+        "live.things.change('primitive', 'p2/b', {...live.things.get('primitive',"
+        "'p2/b'), pose: [1, 0, 0, 0, 0, 0, 1]}, 1)"
+    )
+    inside.wait_for("live.things.get('primitive', 'p2/b').pose[0] === -0.8")
+    assert only(echo.state.primitives).world_from_primitive.translation[0] == pytest.approx(-0.8)
+
+
+def test_who_has_not_the_pen_has_no_tools(inside, hub, invite_guest):
+    guest = invite_guest("Grace")
+    assert guest is not None
+    inside.wait_for("live.people.byId.size === 1")
+    hub.give_pen("p2")
+    inside.wait_for("document.getElementById('tool-shape').hidden")
+    assert inside.evaluate("document.getElementById('undo').hidden")
+    hub.give_pen(None)
+    inside.wait_for("!document.getElementById('tool-shape').hidden")
+    hub.set_role("p1", Role.SPECTATOR)
+    inside.wait_for("document.getElementById('tool-carry').hidden")
+
+
+def test_what_was_there_before_is_shown(page, hub, echo, invite_guest):
+    guest = invite_guest("Grace")
+    guest.do(
+        op="primitive", primitive="b", shape="sphere", size=[0.3] * 3, pose=[0, 0, 0, 0, 0, 0, 1]
+    )
+    guest.do(op="propose", proposal="c", object="box-1", pose=[-1, 0, 0, 0, 0, 0, 1])
+    guest.do(op="surface", surface="s", corners=WALL, seen=[[x + 1, y, z] for x, y, z in WALL])
+    echo.until(lambda state: state.surfaces and state.proposals and state.primitives)
+    assert isinstance(only(echo.state.surfaces), LiveSurface)
+    page.visit(hub.invite().url, width=400, height=300)
+    page.wait_for(JOINING)
+    page.evaluate("document.getElementById('name').value = 'Ada'")
+    page.evaluate("document.getElementById('join-button').click()")
+    page.wait_for(READY)
+    assert page.evaluate("live.bodies.meshes.size") == 1
+    assert page.evaluate("live.proposals.copies.size") == 1
+    assert page.evaluate("live.things.of('surface')[0][1].seen[0][0]") == 0
+    drawn = page.evaluate("[...live.board.drawn.keys()].sort()")
+    assert drawn == ["filmed:p1/s", "surface:p1/s"]
+    assert page.messages == []
