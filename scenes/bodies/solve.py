@@ -14,7 +14,7 @@ from scenes.bodies.arms import Arms, arms_of
 from scenes.bodies.bones import hand_points, laid_out
 from scenes.bodies.goals import Goals, pointing_wrists
 from scenes.bodies.hands import FINGERS, POINTING, RELAXED
-from scenes.bodies.legs import Feet, legs_of, standing, stepped
+from scenes.bodies.legs import Feet, legs_of, standing, stepped, tilted
 from scenes.bodies.skeleton import EYE_M, MAX_EYE_M, MIN_EYE_M, SIDES, Skeleton, mirrored
 from scenes.bodies.solids import MAX_DEPTH_M, ROUNDS, Solids
 from scenes.bodies.torso import Torso, head_angles, middle_below, shoulders_of, torso_of
@@ -118,6 +118,7 @@ def solve_bodies(
         velocity = velocity + share * ((middle - state.middles) / dt_s - velocity)
     feet = stepped(state.feet, middle, facing=facing, velocity=velocity, dt_s=dt_s)
     state = replace(state, facing=facing, feet=feet, middles=middle, velocities=velocity)
+    torso = tilted(torso, feet)
     state, wrists, angles = _hand_goals(state, goals, torso=torso, scales=scales, dt_s=dt_s)
     clavicles = shoulders_of(torso, wrists)
     solids = solids if solids is not None and len(solids.centres) else None
