@@ -38,6 +38,10 @@ STEP_FROM_M, STEP_FROM_RAD = 0.16, math.radians(32.0)
 """How far a foot may be from where it belongs before it steps: chosen, a third of a foot's
 length."""
 
+EVEN = 1e-6
+"""Feet whose need for a step differs by less are even, and the left one goes first: rounding does
+not decide, which differs from machine to machine."""
+
 STEP_S = 0.34
 """Time of a step, seconds: a walk of 1.4 m/s has 0.40 (Perry, *Gait Analysis*, 1992)."""
 
@@ -135,8 +139,8 @@ def stepped(feet: Feet, middle: Array, *, facing: Array, velocity: Array, dt_s: 
     error = length(home[..., :2] - places[..., :2]) / STEP_FROM_M
     error = np.maximum(error, np.abs(wrapped(home[..., 2] - places[..., 2])) / STEP_FROM_RAD)
     error = np.where(moving, 0.0, error)
-    worst = error >= error[:, ::-1]
-    worst[:, 1] &= ~worst[:, 0]
+    is_left = error[:, 0] >= error[:, 1] - EVEN
+    worst = np.stack([is_left, ~is_left], axis=1)
     starts = (error > 1.0) & worst & ~moving.any(axis=1, keepdims=True)
     steps = np.where(starts, 0.0, steps)
     goals = np.where(starts[..., None], aim, goals)
