@@ -11,6 +11,7 @@ const STEP = ROUND / K.SWIVELS;
 const DEGREE = Math.PI / 180;
 const [ACROSS_CHEST, UP] = [[Math.SQRT1_2, -Math.SQRT1_2, 0], [0, 0, 1]];
 const OUT = unit([0.5, 0.5, -0.7]); // where a hand is put that is in the shoulder
+const NATURAL = Array.from({ length: K.SWIVELS }, (_, i) => Math.cos(i * STEP));
 const CONE = K.SHOULDER_CONE_DEG.map(([around, limit]) => [around * DEGREE, limit * DEGREE]);
 
 /** Angle of an upper arm from the middle of its reach, and direction around it. */
@@ -47,15 +48,13 @@ export function armOf(side, { shoulder, wrist, palm, chest, previous, maxTurn, d
   const own = side === 0 ? (v) => v : mirrored;
   const circle = circleOf(own(back(chest, less(wrist, shoulder))));
   const localPalm = palm && palm.map((axis) => own(back(chest, axis)));
-  const score = [];
-  for (let i = 0; i < K.SWIVELS; i++) {
+  let swivel = lowest((i) => {
     const [upper, fore] = placed(circle, i * STEP);
-    let found = 1 - Math.cos(i * STEP) + strain(upper, fore, localPalm)
-      + K.IN_BODY * Math.max(bodyDepth(upper), 0);
-    if (depth) found += K.IN_BODY * depth(moved(shoulder, K.UPPER_ARM_M, turned(chest, own(upper))));
-    score.push(found);
-  }
-  let swivel = lowest(score);
+    const inSolid = depth
+      ? depth(moved(shoulder, K.UPPER_ARM_M, turned(chest, own(upper)))) : 0;
+    return [1 - NATURAL[i] + K.IN_BODY * (Math.max(bodyDepth(upper), 0) + inSolid)
+      + strain(upper, fore), upper, fore];
+  }, localPalm);
   if (previous !== null) swivel = previous + clip(wrapped(swivel - previous), -maxTurn, maxTurn);
   return withinLimits(side, ...placed(circle, swivel), { palm: localPalm, chest, shoulder, swivel });
 }
@@ -73,7 +72,10 @@ function circleOf(towards) {
 /** Unit vectors of upper arm and forearm for a swivel. */
 function placed({ axis, reach, along, out, first, second }, swivel) {
   const [c, s] = [out * Math.cos(swivel), out * Math.sin(swivel)];
-  const elbow = [0, 1, 2].map((i) => along * axis[i] + c * first[i] + s * second[i]);
+  const elbow = [
+    along * axis[0] + c * first[0] + s * second[0],
+    along * axis[1] + c * first[1] + s * second[1],
+    along * axis[2] + c * first[2] + s * second[2]];
   return [scaled(elbow, 1 / K.UPPER_ARM_M),
     scaled(less(scaled(axis, reach), elbow), 1 / K.FOREARM_M)];
 }
@@ -87,14 +89,17 @@ function pole(axis, reach) {
     -1.0 + 0.55 * high];
 }
 
-/** How far joints are beyond their limits, weighted. */
-function strain(upper, fore, palm) {
+/** How far the shoulder is beyond its limits, weighted. */
+function strain(upper, fore) {
   const [angle, around] = coneAngles(upper);
-  const found = K.OUT_OF_LIMITS * (Math.max(angle - coneLimit(around), 0)
+  return K.OUT_OF_LIMITS * (Math.max(angle - coneLimit(around), 0)
     + excess(K.HUMERAL_TWIST, twistOf(upper, fore)));
-  if (palm === null) return found;
+}
+
+/** How far the wrist is beyond its limits, weighted. */
+function wristStrain(upper, fore, palm) {
   const [pronation, bend, deviation] = wristAngles(fore, unit(cross(upper, fore)), palm);
-  return found + K.OUT_OF_WRIST * (0.7 * excess(K.PRONATION, pronation)
+  return K.OUT_OF_WRIST * (0.7 * excess(K.PRONATION, pronation)
     + excess(K.WRIST_FLEXION, bend) + excess(K.WRIST_DEVIATION, deviation)
     + 0.05 * Math.abs(pronation));
 }
@@ -104,10 +109,23 @@ function bodyDepth(upper) {
   return z < 0.02 && z > -0.6 ? K.NEAR_BODY_M - Math.hypot(1.3 * x, y) : 0;
 }
 
-function lowest(score) {
-  let best = 0;
-  for (let i = 1; i < score.length; i++) if (score[i] < score[best]) best = i;
-  const at = (k) => score[(best + k + score.length) % score.length];
+/** The swivel of the lowest score; `place(i)` gives a score without the wrist, and both bones. */
+function lowest(place, palm) {
+  const places = Array.from({ length: K.SWIVELS }, (_, i) => place(i));
+  const scores = new Array(K.SWIVELS).fill(null);
+  const score = (i) => {
+    const [free, upper, fore] = places[i];
+    scores[i] ??= free + (palm === null ? 0 : wristStrain(upper, fore, palm));
+    return scores[i];
+  };
+  // A wrist only adds to a score: places that are worse without it need no look at it.
+  const order = [...places.keys()].sort((a, b) => places[a][0] - places[b][0] || a - b);
+  let best = order[0];
+  for (const i of order) {
+    if (places[i][0] > score(best)) break;
+    if (score(i) < score(best) || (score(i) === score(best) && i < best)) best = i;
+  }
+  const at = (k) => score((best + k + K.SWIVELS) % K.SWIVELS);
   const curve = Math.max(at(-1) - 2 * at(0) + at(1), 1e-9);
   return (best + clip(0.5 * (at(-1) - at(1)) / curve, -0.5, 0.5)) * STEP;
 }

@@ -38,8 +38,9 @@ export const back = (r, v) => [dot(r[0], v), dot(r[1], v), dot(r[2], v)];
 /** a times b. */
 export const times = (a, b) => [turned(a, b[0]), turned(a, b[1]), turned(a, b[2])];
 /** a times the transpose of b. */
-export const timesBack = (a, b) => [0, 1, 2].map((i) =>
-  [0, 1, 2].map((k) => a[0][k] * b[0][i] + a[1][k] * b[1][i] + a[2][k] * b[2][i]));
+export const timesBack = (a, b) => [
+  turned(a, [b[0][0], b[1][0], b[2][0]]), turned(a, [b[0][1], b[1][1], b[2][1]]),
+  turned(a, [b[0][2], b[1][2], b[2][2]])];
 
 /** A vector turned about a unit axis by an angle (Rodrigues). */
 export function about(axis, angle, v) {
