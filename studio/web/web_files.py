@@ -13,6 +13,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from studio.console.program_files import PROGRAM_FILES
+from studio.web.figure_file import CONSTANTS, constants_module
 
 WEB = PROGRAM_FILES / "web"
 """Folder of the lock file; in an installed package the libraries lie beside it."""
@@ -28,9 +29,6 @@ MODULES: Mapping[str, str] = {
 
 SHARED = Path(__file__).parent / "shared"
 """Modules and style that all pages with a room have."""
-
-SHARED_MODULES = tuple(sorted(SHARED.glob("*.js")))
-"""Imported as `shared/` and their file's name."""
 
 STYLE = SHARED / "style.css"
 """Colours, buttons and lists."""
@@ -71,6 +69,15 @@ def module_source(path: Path) -> bytes:
     for relative, name in RELATIVE_IMPORTS.items():
         text = text.replace(f"'{relative}'", f"'{name}'").replace(f'"{relative}"', f'"{name}"')
     return text.encode()
+
+
+def shared_sources() -> dict[str, bytes]:
+    """Return the modules that all pages with a room have, by the name they are imported under."""
+    found = {
+        f"shared/{path.relative_to(SHARED).as_posix()}": module_source(path)
+        for path in sorted(SHARED.rglob("*.js"))
+    }
+    return {**found, CONSTANTS: constants_module()}
 
 
 def licences(*, web: Path = WEB) -> str:

@@ -69,6 +69,7 @@ async function open() {
   const began = performance.now();
   const files = {
     bytes: async (part) => (await authorised(`/assets/room/${part}.spz`)).arrayBuffer(),
+    figure: async () => (await fetched(byId("figure").href)).arrayBuffer(),
   };
   byId("message").hidden = false;
   const manifest = await (await authorised("/assets/room/manifest.json")).json();
@@ -93,8 +94,10 @@ async function open() {
   document.documentElement.dataset.state = "ready";
 }
 
-async function authorised(path) {
-  const answer = await fetch(path, { headers: { Authorization: `Bearer ${link.token}` } });
+const authorised = (path) => fetched(path, { headers: { Authorization: `Bearer ${link.token}` } });
+
+async function fetched(path, options) {
+  const answer = await fetch(path, options);
   if (!answer.ok) throw new Error(`${path}: the studio answered ${answer.status}`);
   return answer;
 }
