@@ -191,9 +191,7 @@ def legs_of(torso: Torso, feet: Feet) -> tuple[Array, Array, Array, Array]:
         return hips, knees, ankles, yaw
     flexion, abduction = HIP_FLEXION.clip(flexion), HIP_ABDUCTION.clip(abduction)
     level = np.cos(abduction)
-    local = packed(
-        level * np.sin(flexion), SIDES * np.sin(abduction), -level * np.cos(flexion)
-    )
+    local = packed(level * np.sin(flexion), SIDES * np.sin(abduction), -level * np.cos(flexion))
     thighs = turned(torso.world_from_pelvis[:, None], local)
     far_knees = hips + THIGH_M * thighs
     far_ankles = far_knees + SHIN_M * _shins(far_knees, thighs, ankles=ankles)

@@ -55,7 +55,9 @@ def constants_module() -> bytes:
     for module in MODULES:
         found |= dict(_numbers_of(module))
     lines = [f"export const {name} = {json.dumps(value)};" for name, value in found.items()]
-    return "\n".join(["// Numbers of `scenes/bodies`, as the program has them.", *lines, ""]).encode()
+    return "\n".join(
+        ["// Numbers of `scenes/bodies`, as the program has them.", *lines, ""]
+    ).encode()
 
 
 def _numbers_of(module: ModuleType) -> Iterator[tuple[str, Any]]:
@@ -160,7 +162,7 @@ def _skinned(made: Figure) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any], ND
 
 
 def _along_faces(faces: NDArray[np.int32], count: int) -> NDArray[np.int64]:
-    """Return vertices in the order in which faces first name them: near ones are alike, and pack."""
+    """Return vertices as faces first name them: near ones are alike, and pack."""
     _, first = np.unique(faces.ravel(), return_index=True)
     used = faces.ravel()[np.sort(first)].astype(np.int64)
     rest = np.setdiff1d(np.arange(count), used)

@@ -123,7 +123,7 @@ def random_goals(rng, count):
 
 
 def finger_joints(rng, way):
-    """(25, 3) joints of an open hand that points ahead, from its wrist; `way` is 1 of a left one."""
+    """(25, 3) joints of an open hand that points ahead, from its wrist; `way` is 1 on the left."""
     found = [np.zeros(3)]
     for finger in range(5):
         aside = way * (0.04 - 0.02 * finger)
