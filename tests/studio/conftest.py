@@ -205,15 +205,16 @@ def no_traceback(monkeypatch):
     assert "NEXUS_TRACEBACK" not in os.environ
 
 
-def load_browser():
-    """The module beside this file: tests are no package."""
-    spec = importlib.util.spec_from_file_location("browser", Path(__file__).parent / "browser.py")
+def load_beside(name):
+    """A module beside this file: tests are no package."""
+    spec = importlib.util.spec_from_file_location(name, Path(__file__).parent / f"{name}.py")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
 
 
-browser = load_browser()
+browser = load_beside("browser")
+firefox_browser = load_beside("firefox")
 
 
 @pytest.fixture(scope="session")
@@ -233,6 +234,21 @@ def lab():
 def chromium(tmp_path_factory):
     """One browser for all tests of a run."""
     if browser.browser_path() is None:
-        pytest.skip(f"no browser here: none of {', '.join(browser.NAMES)}")
+        pytest.skip(
+            f"no browser here: none of {', '.join(browser.NAMES)}; "
+            "`./nexus test` as root installs chromium on Debian"
+        )
     with browser.opened_browser(tmp_path_factory.mktemp("profile")) as page:
+        yield page
+
+
+@pytest.fixture(scope="session")
+def firefox(tmp_path_factory):
+    """One Firefox for all tests of a run."""
+    if firefox_browser.firefox_path() is None:
+        pytest.skip(
+            f"no Firefox here: none of {', '.join(firefox_browser.NAMES)}; "
+            "`./nexus test` as root installs firefox-esr on Debian"
+        )
+    with firefox_browser.opened_firefox(tmp_path_factory.mktemp("firefox")) as page:
         yield page
