@@ -245,10 +245,7 @@ def chromium(tmp_path_factory):
 @pytest.fixture(scope="session")
 def firefox(tmp_path_factory):
     """One Firefox for all tests of a run."""
-    if firefox_browser.firefox_path() is None:
-        pytest.skip(
-            f"no Firefox here: none of {', '.join(firefox_browser.NAMES)}; "
-            "`./nexus test` as root installs firefox-esr on Debian"
-        )
+    if (why := firefox_browser.missing()) is not None:
+        pytest.skip(why)
     with firefox_browser.opened_firefox(tmp_path_factory.mktemp("firefox")) as page:
         yield page

@@ -1,4 +1,7 @@
-"""Firefox without a window, driven over WebDriver BiDi: what a page shows, says and asks for."""
+"""Firefox on a screen that nobody sees, driven over WebDriver BiDi: what a page shows and says.
+
+Without any screen (`--headless`) it has no 3D graphics where there is no graphics card.
+"""
 
 from __future__ import annotations
 
@@ -24,14 +27,20 @@ from PIL import Image
 
 NAMES = ("firefox-esr", "firefox")
 ANSWER_WITHIN_S = 120.0
+SCREEN = "1600x1000x24"
 LISTENING = re.compile(r"WebDriver BiDi listening on (ws://\S+)")
 PREFERENCES = {
+    "app.normandy.enabled": False,
     "app.update.enabled": False,
     "browser.shell.checkDefaultBrowser": False,
+    "browser.aboutwelcome.enabled": False,
+    "browser.safebrowsing.malware.enabled": False,
+    "browser.safebrowsing.phishing.enabled": False,
     "datareporting.policy.dataSubmissionEnabled": False,
     "network.captive-portal-service.enabled": False,
     "network.connectivity-service.enabled": False,
     "remote.active-protocols": 1,
+    "services.settings.server": "data:,",
     "toolkit.telemetry.enabled": False,
     # Without a graphics card the picture is drawn by the processor, which is slow but the same.
     "webgl.force-enabled": True,
@@ -43,6 +52,40 @@ PREFERENCES = {
 def firefox_path() -> str | None:
     """The first Firefox there is, or None."""
     return next((found for name in NAMES if (found := shutil.which(name))), None)
+
+
+def missing() -> str | None:
+    """Why Firefox cannot be run here and what would change that, or None."""
+    if firefox_path() is None:
+        return (
+            f"no Firefox here: none of {', '.join(NAMES)}; `./nexus test` as root installs "
+            "firefox-esr on Debian"
+        )
+    if not os.environ.get("DISPLAY") and shutil.which("Xvfb") is None:
+        return "no screen for Firefox here: neither DISPLAY nor Xvfb; install xvfb"
+    return None
+
+
+@contextmanager
+def _screen() -> Iterator[str]:
+    """The name of a screen: the one there is, or one of its own that ends with the block."""
+    there = os.environ.get("DISPLAY")
+    if there:
+        yield there
+        return
+    ours, its = os.pipe()
+    flags = ["-displayfd", str(its), "-screen", "0", SCREEN, "-noreset", "-nolisten", "tcp"]
+    server = subprocess.Popen(
+        ["Xvfb", *flags], pass_fds=(its,), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    )
+    os.close(its)
+    try:
+        with os.fdopen(ours) as said:
+            number = said.readline().strip()
+        yield f":{number}"
+    finally:
+        server.terminate()
+        server.wait(10)
 
 
 class FirefoxPage:
@@ -173,27 +216,27 @@ def opened_firefox(profile: Path) -> Iterator[FirefoxPage]:
     lines = [f"user_pref({json.dumps(k)}, {json.dumps(v)});" for k, v in PREFERENCES.items()]
     (profile / "user.js").write_text("\n".join(lines))
     said = profile / "said.txt"
-    flags = ["--headless", "--no-remote", "--profile", str(profile), "--remote-debugging-port", "0"]
-    with said.open("wb") as file:
+    flags = ["--no-remote", "--profile", str(profile), "--remote-debugging-port", "0"]
+    with _screen() as screen, said.open("wb") as file:
+        own = {"TMPDIR": str(profile), "HOME": str(profile), "DISPLAY": screen}
+        # One that the tests' own user starts may be asked to draw on Wayland instead.
+        env = {key: value for key, value in os.environ.items() if key != "WAYLAND_DISPLAY"} | own
         process = subprocess.Popen(
-            [program, *flags],
-            env={**os.environ, "TMPDIR": str(profile), "HOME": str(profile), "MOZ_HEADLESS": "1"},
-            stdout=file,
-            stderr=subprocess.STDOUT,
+            [program, *flags], env=env, stdout=file, stderr=subprocess.STDOUT
         )
-    try:
-        page = FirefoxPage(_address(said, process))
         try:
-            yield page
+            page = FirefoxPage(_address(said, process))
+            try:
+                yield page
+            finally:
+                page.close()
         finally:
-            page.close()
-    finally:
-        process.terminate()
-        try:
-            process.wait(15)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.wait(15)
+            process.terminate()
+            try:
+                process.wait(15)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait(15)
 
 
 def _address(said: Path, process: subprocess.Popen[bytes]) -> str:
