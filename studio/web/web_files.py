@@ -107,7 +107,7 @@ def fetch(web: Path, *, for_tests: bool = False) -> None:
 
     Args:
         web: the folder with the lock file.
-        for_tests: the emulated headset too, with which tests enter the page.
+        for_tests: what tests need, too: the emulated headset, and the rules of accessibility.
 
     Raises:
         MissingWebFilesError: there is no lock file, or npm failed or took too long.

@@ -26,7 +26,7 @@ from studio.session.pipeline import ExactExecutor, PacedExecutor
 from studio.session.plan import Pace
 from studio.session.session import Session
 from studio.session.sources import SessionInput, SessionMessage
-from studio.web.web_files import MissingWebFilesError, web_modules
+from studio.web.web_files import WEB, MissingWebFilesError, fetch, web_modules
 from tracking.output import TrackOutput
 
 LENS_PX, FRAMES, FPS = 64, 12, 10
@@ -213,6 +213,7 @@ def load_beside(name):
     return module
 
 
+audit = load_beside("audit")
 browser = load_beside("browser")
 firefox_browser = load_beside("firefox")
 
@@ -223,6 +224,29 @@ def modules():
         return web_modules(print)
     except MissingWebFilesError as error:
         pytest.skip(f"three.js and Spark cannot be had here: {error}")
+
+
+@pytest.fixture(scope="session")
+def node_file(modules):
+    """A function that gives a file of a package that only tests need; fetched where it is missing."""
+
+    def path_of(*parts):
+        path = WEB.joinpath("node_modules", *parts)
+        if not path.is_file():
+            try:
+                fetch(WEB, for_tests=True)
+            except MissingWebFilesError as error:
+                pytest.skip(f"{parts[0]} cannot be had here, npm would fetch it: {error}")
+        return path
+
+    return path_of
+
+
+@pytest.fixture(scope="session")
+def audited(node_file):
+    """A function that gives what axe-core finds in a page."""
+    source = node_file("axe-core", "axe.min.js").read_text(encoding="utf-8")
+    return lambda page: audit.audited(page, source)
 
 
 @pytest.fixture(scope="session")

@@ -42,9 +42,7 @@ def test_one_joins_sees_things_and_people_move_and_nothing_is_wrong(
     now, state = time.monotonic_ns(), SceneState()
     for x in np.linspace(0.3, 1.0, 8):
         pose = Pose.from_yaw(0.0, (x, 0.2, 0.0))
-        track = TrackedObject(
-            "box-1", now, pose, np.zeros((4, 4)), 1.0, TrackState.TRACKED, 1.0, 0
-        )
+        track = TrackedObject("box-1", now, pose, np.zeros((4, 4)), 1.0, TrackState.TRACKED, 1.0, 0)
         now += 33_000_000
         state = reduce_state(state, track, now)
         hub.publish(state)
