@@ -1,4 +1,4 @@
-"""What a screen reader, a keyboard or weak eyes would stumble over in a page, by axe-core's rules."""
+"""What screen readers, keyboards or weak eyes would stumble over in a page: axe-core's rules."""
 
 from __future__ import annotations
 

@@ -228,7 +228,7 @@ def modules():
 
 @pytest.fixture(scope="session")
 def node_file(modules):
-    """A function that gives a file of a package that only tests need; fetched where it is missing."""
+    """A function that gives a file of a package that only tests need, fetched if missing."""
 
     def path_of(*parts):
         path = WEB.joinpath("node_modules", *parts)

@@ -1,6 +1,7 @@
 // The live room on a page: what the studio sends is shown, what one does is sent.
 import * as THREE from "three";
 import { CameraControl } from "shared/camera.js";
+import { Furniture } from "shared/bodies/furniture.js";
 import { readShapes } from "shared/bodies/shapes.js";
 import { COLOURS } from "shared/colours.js";
 import { OwnHands } from "shared/own_hands.js";
@@ -259,6 +260,7 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
   }
 
   await room.loadFirst(progress);
+  people.furniture = new Furniture(manifest.solids, room.objects);
   listen();
   setMode("orbit");
   if (window.innerWidth < NARROW_PX) toggleList();

@@ -20,7 +20,7 @@ export class People {
     this.shapes = shapes;
     this.byId = new Map();
     this.byIndex = new Map();
-    this.solids = null; // boxes that hands stay out of
+    this.furniture = null; // what hands stay out of
     this.spent_ms = 0; // for bodies in the last picture
   }
 
@@ -111,7 +111,8 @@ export class People {
       const body = between(...found);
       const ray = body.ray && [toWorld(body.ray), toWorld(body.ray.slice(3))];
       const dt_s = known.solvedAt === null ? null : Math.min((now - known.solvedAt) / 1000, LONGEST_S);
-      known.figure.show(body.head && goalOf(body), ray, dt_s, this.solids);
+      const goal = body.head && goalOf(body);
+      known.figure.show(goal, ray, dt_s, goal && (this.furniture?.near(goal.eyes) ?? null));
       known.solvedAt = now;
       this.spent_ms = performance.now() - began;
     }

@@ -1,4 +1,4 @@
-"""The page in Chromium and in Firefox, on a desk and on a phone: one joins, things move, no error."""
+"""The page in Chromium and Firefox, on desk and phone: one joins, things move, no error."""
 
 import time
 

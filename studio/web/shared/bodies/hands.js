@@ -66,8 +66,13 @@ function bones(side, angles) {
 const FLAT = K.FAN_RAD.map(() => [0, 0, 0, 0]);
 const REST = [0, 1].map((side) => bones(side, FLAT).map(({ turns }) => turns));
 
-/** The wrist, and the joints and tips of all fingers, in the world. */
-export function handPoints(arm, fingers) {
-  return [arm.wrist, ...fingers.flatMap(({ places }) =>
-    places.map((place) => added(arm.wrist, turned(arm.palm, place))))];
+/** Points of an arm below the elbow that solids may stop, in the world. */
+export function armPoints(arm, fingers) {
+  const palm = K.PALM.flatMap((share) => fingers.slice(1).map(({ places }) => scaled(places[0], share)));
+  const middles = fingers.flatMap(({ places }) =>
+    places.slice(1).map((place, k) => scaled(added(place, places[k]), 0.5)));
+  const hand = [...palm, ...fingers.flatMap(({ places }) => places), ...middles]
+    .map((place) => added(arm.wrist, turned(arm.palm, place)));
+  const along = less(arm.elbow, arm.wrist);
+  return [arm.wrist, ...hand, ...K.FOREARM.map((share) => moved(arm.wrist, share, along))];
 }

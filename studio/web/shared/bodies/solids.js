@@ -7,7 +7,7 @@ export function depthIn(solids, point) {
   let deepest = 0;
   for (const { centre, turn, half } of solids) {
     const local = back(turn, less(point, centre));
-    const depth = Math.min(half[0] - Math.abs(local[0]), half[1] - Math.abs(local[1]),
+    const depth = K.SKIN_M + Math.min(half[0] - Math.abs(local[0]), half[1] - Math.abs(local[1]),
       half[2] - Math.abs(local[2]));
     if (depth > deepest) deepest = depth;
   }
@@ -17,7 +17,8 @@ export function depthIn(solids, point) {
 /** The shift that takes a group of points out of the solids, one after the other. */
 export function pushOut(solids, points) {
   let shift = [0, 0, 0];
-  for (const { centre, turn, half } of solids) {
+  for (const { centre, turn, half: bare } of solids) {
+    const half = bare.map((value) => value + K.SKIN_M);
     const local = points.map((point) => back(turn, less(added(point, shift), centre)));
     const inside = local.filter((p) => p.every((value, i) => Math.abs(value) < half[i]));
     if (!inside.length) continue;

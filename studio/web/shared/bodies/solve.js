@@ -4,7 +4,7 @@ import * as K from "shared/bodies/constants.js";
 import { armOf } from "shared/bodies/arms.js";
 import { laidOut } from "shared/bodies/bones.js";
 import { pointingWrist } from "shared/bodies/goals.js";
-import { fingersOf, handPoints } from "shared/bodies/hands.js";
+import { fingersOf, armPoints } from "shared/bodies/hands.js";
 import { footAt, legsOf, standing, stepped, tilted } from "shared/bodies/legs.js";
 import { depthIn, pushOut } from "shared/bodies/solids.js";
 import { headAngles, middleBelow, shouldersOf, torsoOf } from "shared/bodies/torso.js";
@@ -127,7 +127,7 @@ function handGoals(state, goal, torso, scale, dt) {
 
 /** Arms of which no hand is in a solid by more than `MAX_DEPTH_M`. */
 function outOfSolids(arms, { reach, clavicles, torso, goal, fingers, boxes, scale }) {
-  const points = (arm, side) => handPoints(arm, fingers[side]).map((point) => scaled(point, scale));
+  const points = (arm, side) => armPoints(arm, fingers[side]).map((point) => scaled(point, scale));
   const deepest = (arm, side) => Math.max(...points(arm, side).map((point) => depthIn(boxes, point)));
   const half = 0.5 * K.MAX_DEPTH_M;
   let depths = arms.map(deepest);
