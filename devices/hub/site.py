@@ -72,7 +72,7 @@ PRIVATE = "private, no-cache"
 MIN_PACKED_BYTES = 1024
 """Length from which a file is compressed: below, the headers are longer."""
 
-PACKED = re.compile(r"text/|application/(javascript|json|wasm)|image/svg")
+PACKED = re.compile(r"text/|application/(javascript|json|wasm)|image/svg|model/mesh")
 """Types that compression makes smaller."""
 
 PACK_LEVEL = 6

@@ -27,6 +27,10 @@ TOES_DOWN_PER_M, MAX_TOES_DOWN_RAD = 5.0, 0.9
 """How far toes point down for each metre that an ankle is lifted, radians, and the most: a heel
 leaves the floor before the toes do."""
 
+PALM, FOREARM = np.array([0.25, 0.5, 0.75]), np.arange(1, 13) / 12
+"""Shares of the ways from the wrist to the knuckles and to the elbow at which solids are looked
+for: 2 cm apart."""
+
 DOWN = np.array([0.0, 0.0, -1.0])
 """(3,) along a leg at rest."""
 
@@ -89,12 +93,21 @@ def laid_out(
     return Skeleton(origins * scales[:, None, None], rotations, scales)
 
 
-def hand_points(arms: Arms, angles: Array) -> Array:
-    """Return (N, 2, 21, 3): the wrist, and the joints and tips of all fingers."""
+def arm_points(arms: Arms, angles: Array) -> Array:
+    """Return (N, 2, P, 3) points of arms below the elbow that solids may stop.
+
+    The wrist, the palm, fingers with their joints, middles of bones and tips, and the forearm: so
+    close to each other that a table's top does not fit between.
+    """
     places, _ = fingers(angles)
     flat = places.reshape(*places.shape[:2], -1, 3)
-    flat = np.concatenate([np.zeros_like(flat[:, :, :1]), flat], axis=2)
-    return arms.wrists[:, :, None] + turned(arms.palms[:, :, None], flat)
+    palm = places[:, :, 1:, 0]
+    middles = 0.5 * (places[..., 1:, :] + places[..., :-1, :]).reshape(*places.shape[:2], -1, 3)
+    palms = [share * palm for share in PALM]
+    flat = np.concatenate([np.zeros_like(flat[:, :, :1]), *palms, flat, middles], axis=2)
+    hands = arms.wrists[:, :, None] + turned(arms.palms[:, :, None], flat)
+    along = (arms.elbows - arms.wrists)[:, :, None]
+    return np.concatenate([hands, arms.wrists[:, :, None] + FOREARM[:, None] * along], axis=2)
 
 
 def _lay_arms(

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, is_dataclass
+from types import MappingProxyType
 from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scenes.bodies.figure import Colour, colours_of, posed, rest_figure, tint
+from scenes.bodies.furniture import Furniture
 from scenes.bodies.goals import goals_of
 from scenes.bodies.skeleton import Skeleton
 from scenes.bodies.solids import Solids
 from scenes.bodies.solve import BodyState, fresh_bodies, solve_bodies
+from scenes.pose import Pose
 from scenes.state import Avatar
 
 T = TypeVar("T")
@@ -24,6 +27,13 @@ ROLE_COLOURS: Mapping[str, Colour] = {
 }
 """Of people elsewhere and on site, sRGB: blue and pink that the colour-blind can tell apart (Okabe
 and Ito 2008)."""
+
+
+REACH_M = 1.3
+"""From eyes to what a hand reaches at most, metres: a tall person's arm, bent down."""
+
+NOWHERE: Mapping[str, Pose] = MappingProxyType({})
+"""Where furniture is that nobody has seen."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,9 +59,13 @@ class Crowd:
     """Figures of all people of a state; of a state that was asked for before, the same ones.
 
     One thread uses it. Time that goes back, stands or jumps lays people out anew.
+
+    Args:
+        furniture: what hands stay out of.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, furniture: Furniture | None = None) -> None:
+        self.furniture = furniture
         self._avatars: dict[str, Avatar] = {}
         self._t_ns = 0
         self._bodies: BodyState | None = None
@@ -60,17 +74,21 @@ class Crowd:
         self._arm_faces: NDArray[np.int32] | None = None
 
     def figures(
-        self, avatars: Mapping[str, Avatar], t_ns: int, *, solids: Solids | None = None
+        self, avatars: Mapping[str, Avatar], t_ns: int, *, objects: Mapping[str, Pose] = NOWHERE
     ) -> Mapping[str, PosedPerson]:
         """Return a figure for everybody.
 
         Args:
             avatars: by user id.
             t_ns: time of the state.
-            solids: what hands stay out of.
+            objects: where movable furniture is, by object id.
         """
         if t_ns == self._t_ns and _are_same(avatars, self._avatars):
             return self._figures
+        solids = None
+        if self.furniture is not None and avatars:
+            eyes = np.array([each.world_from_head.translation for each in avatars.values()])
+            solids = self.furniture.at(objects).near(eyes, REACH_M)
         self._figures = self._made(avatars, t_ns, solids=solids) if avatars else {}
         self._avatars, self._t_ns = dict(avatars), t_ns
         return self._figures

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import colorsys
 import zlib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -51,6 +52,14 @@ HAIRS: tuple[Colour, ...] = (
 TROUSERS: tuple[Colour, ...] = ((0.20, 0.24, 0.33), (0.30, 0.28, 0.27), (0.24, 0.25, 0.27))
 """Colours that people are given by their names, sRGB."""
 
+WORN: Mapping[str, Colour] = {
+    "shoes": (0.90, 0.90, 0.88), "white": (0.97, 0.97, 0.96), "iris": (0.16, 0.12, 0.10),
+}  # fmt: skip
+"""Colours that everybody has, sRGB."""
+
+BROWS, LIPS = (0.8, 0.8, 0.8), (0.72, 0.52, 0.52)
+"""Of brows over the hair's colour, of lips over the skin's."""
+
 HUES = 7
 """Tints of a role's colour that people get by their names."""
 
@@ -83,15 +92,20 @@ class Figure:
 
 
 @cache
-def rest_figure() -> Figure:
-    """Return the figure, made once: it takes some tenths of a second."""
+def rest_figure(coarser: float = 1.0) -> Figure:
+    """Return the figure, made once: it takes some tenths of a second.
+
+    Args:
+        coarser: size of its triangles over the usual one's, for figures that are seen small.
+    """
     made = parts()
     names = tuple(dict.fromkeys(part.dye for part in made))
     vertices, normals, weights = list[Array](), list[Array](), list[Array]()
     faces, dyes = list[NDArray[np.int32]](), list[NDArray[np.int64]]()
     count = 0
     for part in made:
-        places, triangles, out = surface(part.shape, part.low, high=part.high, step_m=part.step_m)
+        step_m = part.step_m * coarser
+        places, triangles, out = surface(part.shape, part.low, high=part.high, step_m=step_m)
         vertices.append(places)
         normals.append(out)
         weights.append(_weights(part, places))
@@ -146,11 +160,9 @@ def colours_of(figure: Figure, *, name: str, top: Colour) -> NDArray[np.uint8]:
         "skin": skin,
         "hair": hair,
         "trousers": TROUSERS[seed % len(TROUSERS)],
-        "shoes": (0.90, 0.90, 0.88),
-        "white": (0.97, 0.97, 0.96),
-        "iris": (0.16, 0.12, 0.10),
-        "brows": (0.8 * hair[0], 0.8 * hair[1], 0.8 * hair[2]),
-        "lips": (0.72 * skin[0], 0.52 * skin[1], 0.52 * skin[2]),
+        "brows": tuple(a * b for a, b in zip(BROWS, hair, strict=True)),
+        "lips": tuple(a * b for a, b in zip(LIPS, skin, strict=True)),
+        **WORN,
     }
     table = np.array([dye[each] for each in figure.dye_names])
     return np.round(255 * table).astype(np.uint8)[figure.dyes]

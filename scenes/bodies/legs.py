@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from scenes.bodies.skeleton import (
     ANKLE_M,
+    HIP_ABDUCTION,
+    HIP_FLEXION,
     HIP_IN_PELVIS,
     KNEE,
     SHIN_M,
@@ -17,11 +19,28 @@ from scenes.bodies.skeleton import (
     mirrored,
 )
 from scenes.bodies.torso import Torso
-from scenes.bodies.vectors import Array, across, dot, length, packed, smooth, turned, unit, wrapped
+from scenes.bodies.vectors import (
+    Array,
+    about,
+    across,
+    back,
+    cross,
+    dot,
+    length,
+    packed,
+    smooth,
+    turned,
+    unit,
+    wrapped,
+)
 
 STEP_FROM_M, STEP_FROM_RAD = 0.16, math.radians(32.0)
 """How far a foot may be from where it belongs before it steps: chosen, a third of a foot's
 length."""
+
+EVEN = 1e-6
+"""Feet whose need for a step differs by less are even, and the left one goes first: rounding does
+not decide, which differs from machine to machine."""
 
 STEP_S = 0.34
 """Time of a step, seconds: a walk of 1.4 m/s has 0.40 (Perry, *Gait Analysis*, 1992)."""
@@ -46,6 +65,9 @@ LEG_M = 0.999 * (THIGH_M + SHIN_M)
 
 MIN_LEG_M = math.sqrt(THIGH_M**2 + SHIN_M**2 + 2 * THIGH_M * SHIN_M * math.cos(KNEE.high))
 """The same with the knee bent as far as it goes, metres."""
+
+TILTS = 2
+"""Times that a pelvis is tilted after its thighs: it takes the hips along, by a centimetre."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -117,8 +139,8 @@ def stepped(feet: Feet, middle: Array, *, facing: Array, velocity: Array, dt_s: 
     error = length(home[..., :2] - places[..., :2]) / STEP_FROM_M
     error = np.maximum(error, np.abs(wrapped(home[..., 2] - places[..., 2])) / STEP_FROM_RAD)
     error = np.where(moving, 0.0, error)
-    worst = error >= error[:, ::-1]
-    worst[:, 1] &= ~worst[:, 0]
+    is_left = error[:, 0] >= error[:, 1] - EVEN
+    worst = np.stack([is_left, ~is_left], axis=1)
     starts = (error > 1.0) & worst & ~moving.any(axis=1, keepdims=True)
     steps = np.where(starts, 0.0, steps)
     goals = np.where(starts[..., None], aim, goals)
@@ -131,11 +153,67 @@ def stepped(feet: Feet, middle: Array, *, facing: Array, velocity: Array, dt_s: 
     )
 
 
+def tilted(torso: Torso, feet: Feet) -> Torso:
+    """Return bodies whose pelvis is tilted back where a thigh would be bent further than it goes.
+
+    So people squat: the back leans, the pelvis stays behind. Feet stay where they are.
+    """
+    for _ in range(TILTS):
+        hips, knees, _, _ = _free_legs(torso, feet)
+        flexion, _ = hip_angles(torso, unit(knees - hips))
+        excess = np.maximum(flexion - HIP_FLEXION.high, 0.0).max(axis=1)
+        if not excess.any():
+            break
+        axes = np.swapaxes(torso.world_from_pelvis, -1, -2)
+        level = np.broadcast_to(axes[:, 1:2], axes.shape)
+        axes = about(level, -excess[:, None], vector=axes)
+        torso = replace(torso, world_from_pelvis=np.swapaxes(axes, -1, -2))
+    return torso
+
+
+def hip_angles(torso: Torso, thighs: Array) -> tuple[Array, Array]:
+    """Return flexion and abduction of thighs (N, 2, 3), unit vectors, radians."""
+    local = back(torso.world_from_pelvis[:, None], thighs)
+    flexion = np.arctan2(local[..., 0], -local[..., 2])
+    return flexion, np.arcsin(np.clip(local[..., 1] * SIDES, -1.0, 1.0))
+
+
 def legs_of(torso: Torso, feet: Feet) -> tuple[Array, Array, Array, Array]:
     """Return hips, knees and ankles (N, 2, 3), and yaws of feet (N, 2).
 
-    A foot that a leg does not reach comes along; under who hovers, legs hang.
+    A foot that a leg does not reach, or not without turning the hip too far, comes along; under who
+    hovers, legs hang.
     """
+    hips, knees, ankles, yaw = _free_legs(torso, feet)
+    flexion, abduction = hip_angles(torso, unit(knees - hips))
+    is_far = (HIP_FLEXION.excess(flexion) + HIP_ABDUCTION.excess(abduction)) > 0.0
+    if not is_far.any():
+        return hips, knees, ankles, yaw
+    flexion, abduction = HIP_FLEXION.clip(flexion), HIP_ABDUCTION.clip(abduction)
+    level = np.cos(abduction)
+    local = packed(level * np.sin(flexion), SIDES * np.sin(abduction), -level * np.cos(flexion))
+    thighs = turned(torso.world_from_pelvis[:, None], local)
+    far_knees = hips + THIGH_M * thighs
+    far_ankles = far_knees + SHIN_M * _shins(far_knees, thighs, ankles=ankles)
+    there = is_far[..., None]
+    return hips, np.where(there, far_knees, knees), np.where(there, far_ankles, ankles), yaw
+
+
+def _shins(knees: Array, thighs: Array, *, ankles: Array) -> Array:
+    """Return (N, 2, 3) where shins point: to ankles, not through the floor, not too far bent."""
+    way = unit(ankles - knees)
+    down = np.clip((ANKLE_M - knees[..., 2]) / SHIN_M, -1.0, 1.0)
+    level = np.sqrt(1.0 - down**2)[..., None] * unit(way[..., :2])
+    on_floor = packed(level[..., 0], level[..., 1], down)
+    way = unit(np.where((way[..., 2] < down)[..., None], on_floor, way))
+    bend = np.arctan2(length(cross(thighs, way)), dot(thighs, way))
+    lever = across(way, thighs)
+    most = np.cos(KNEE.high) * thighs + np.sin(KNEE.high) * lever
+    return np.where((bend > KNEE.high)[..., None], most, way)
+
+
+def _free_legs(torso: Torso, feet: Feet) -> tuple[Array, Array, Array, Array]:
+    """Return what `legs_of` does, whatever hips can do."""
     hips = torso.pelvis[:, None] + turned(torso.world_from_pelvis[:, None], mirrored(HIP_IN_PELVIS))
     at = feet.at()
     ankles = packed(at[..., 0], at[..., 1], ANKLE_M + at[..., 2])

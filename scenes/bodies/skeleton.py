@@ -110,6 +110,12 @@ ELBOW = Range.degrees(0.0, 145.0)
 KNEE = Range.degrees(0.0, 150.0)
 """Flexion of a knee: 135 in the reference, 150 in a deep squat."""
 
+HIP_FLEXION = Range.degrees(-30.0, 120.0)
+"""Of a thigh against the pelvis, ahead is positive."""
+
+HIP_ABDUCTION = Range.degrees(-30.0, 45.0)
+"""Of a thigh against the pelvis sideways, outwards is positive."""
+
 PRONATION = Range.degrees(-80.0, 80.0)
 """Turn of a forearm from thumb up: palm down is positive."""
 

@@ -7,9 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from scenes.bodies.vectors import Array
+from scenes.pose import Pose
 
 MAX_DEPTH_M = 0.01
 """How deep a hand may be in a solid, metres: less than what a scan's surface is rough by."""
+
+SKIN_M = 0.012
+"""Half the thickness of a finger, and more than half of what is between two points of an arm that
+are looked at, metres: solids are taken for so much larger."""
 
 GAP_M = 0.004
 """How far outside a hand is put that was inside, metres."""
@@ -35,6 +40,21 @@ class Solids:
     def shrunk(self, factor: float) -> Solids:
         """Return them in a unit that is `factor` metres."""
         return Solids(self.centres / factor, self.rotations, self.halves / factor)
+
+    def grown(self, by_m: float) -> Solids:
+        """Return them larger on every side."""
+        return Solids(self.centres, self.rotations, self.halves + by_m)
+
+    def placed(self, world_from_frame: Pose) -> Solids:
+        """Return those of a frame in the world."""
+        turn = world_from_frame.rotation
+        return Solids(world_from_frame @ self.centres, turn @ self.rotations, self.halves)
+
+    def near(self, points: Array, reach_m: float) -> Solids:
+        """Return those that are not further than that from one of the points (N, 3)."""
+        far = np.linalg.norm(self.centres[:, None] - points, axis=-1).min(axis=1)
+        kept = far < reach_m + np.linalg.norm(self.halves, axis=-1)
+        return Solids(self.centres[kept], self.rotations[kept], self.halves[kept])
 
     def depths(self, points: Array) -> Array:
         """Return (...) how deep points (..., 3) are in the deepest solid, metres; 0 outside."""

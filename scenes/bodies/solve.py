@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.bodies.arms import Arms, arms_of
-from scenes.bodies.bones import hand_points, laid_out
+from scenes.bodies.bones import arm_points, laid_out
 from scenes.bodies.goals import Goals, pointing_wrists
 from scenes.bodies.hands import FINGERS, POINTING, RELAXED
-from scenes.bodies.legs import Feet, legs_of, standing, stepped
+from scenes.bodies.legs import Feet, legs_of, standing, stepped, tilted
 from scenes.bodies.skeleton import EYE_M, MAX_EYE_M, MIN_EYE_M, SIDES, Skeleton, mirrored
-from scenes.bodies.solids import MAX_DEPTH_M, ROUNDS, Solids
+from scenes.bodies.solids import MAX_DEPTH_M, ROUNDS, SKIN_M, Solids
 from scenes.bodies.torso import Torso, head_angles, middle_below, shoulders_of, torso_of
 from scenes.bodies.vectors import (
     Array,
@@ -118,9 +118,10 @@ def solve_bodies(
         velocity = velocity + share * ((middle - state.middles) / dt_s - velocity)
     feet = stepped(state.feet, middle, facing=facing, velocity=velocity, dt_s=dt_s)
     state = replace(state, facing=facing, feet=feet, middles=middle, velocities=velocity)
+    torso = tilted(torso, feet)
     state, wrists, angles = _hand_goals(state, goals, torso=torso, scales=scales, dt_s=dt_s)
     clavicles = shoulders_of(torso, wrists)
-    solids = solids if solids is not None and len(solids.centres) else None
+    solids = solids.grown(SKIN_M) if solids is not None and len(solids.centres) else None
     reach = _Reach(
         goals.palms,
         torso.world_from_chest,
@@ -268,7 +269,7 @@ def _out_of_solids(
 ) -> Arms:
     """Return arms of which no hand is in a solid by more than `MAX_DEPTH_M`."""
     sizes = scales[:, None, None, None]
-    depth = solids.depths(hand_points(arms, angles) * sizes).max(axis=-1)
+    depth = solids.depths(arm_points(arms, angles) * sizes).max(axis=-1)
     rows = np.flatnonzero((depth > 0.5 * MAX_DEPTH_M).any(axis=1))
     if not len(rows):
         return arms
@@ -282,7 +283,7 @@ def _moved_out(reach: _Reach, arms: Arms, *, angles: Array, solids: Solids, size
     """Return arms pushed out of solids; where that does not help, drawn back to the chest."""
     wrists = arms.wrists.copy()
     for _ in range(ROUNDS):
-        points = hand_points(arms, angles) * sizes
+        points = arm_points(arms, angles) * sizes
         depth = solids.depths(points).max(axis=-1)
         if depth.max() <= 0.5 * MAX_DEPTH_M:
             return arms
@@ -294,7 +295,7 @@ def _moved_out(reach: _Reach, arms: Arms, *, angles: Array, solids: Solids, size
         end = reach.shoulders + turned(reach.chests[:, None], mirrored(safe))
         start = arms.wrists
         for share in RETREATS:
-            deep = solids.depths(hand_points(arms, angles) * sizes).max(axis=-1) > MAX_DEPTH_M
+            deep = solids.depths(arm_points(arms, angles) * sizes).max(axis=-1) > MAX_DEPTH_M
             if not deep.any():
                 return arms
             wrists = np.where(deep[..., None], start + share * (end - start), wrists)

@@ -10,9 +10,16 @@ from pathlib import Path
 import numpy as np
 
 from devices.messages import Event
-from devices.recorded.people import RecordedAnnotation, RecordedAvatar, RecordedSurface
+from devices.recorded.people import (
+    RecordedAnnotation,
+    RecordedAvatar,
+    RecordedAvatarGone,
+    RecordedSurface,
+)
 from devices.recording import read_recording
 from devices.recording_codec import RecordedTrack, RecordedTruth
+from scenes.bodies.goals import Goals, goals_of
+from scenes.pose import quaternion_from_rotation
 from scenes.state import Annotation, Avatar, LiveSurface, TrackedObject
 from studio.handover.keys import POSE_STEPS, Keys, pose_values
 from studio.session.pipeline import CancelledError
@@ -25,6 +32,16 @@ MAX_EVENTS = 500
 
 RAY_STEPS = (0.005,) * 6
 """Metres by which a ray's ends must move to be another ray, chosen: half a centimetre."""
+
+HAND_STEPS = (0.002,) * 3 + (0.001,)
+"""Metres by which a hand must move, and change between wrist and palm: 2 mm, a hand tracker's
+noise."""
+
+PALM_STEPS = (0.01,) * 4
+"""By which a palm's quaternion must differ, chosen: a turn by a degree."""
+
+FINGER_STEPS = (0.04,) * 20
+"""Radians by which a finger's joint must bend, chosen: two degrees, a millimetre of its tip."""
 
 LINE_EVERY_MS = 200
 """A line that is being drawn is shown growing in steps of this, chosen."""
@@ -42,12 +59,51 @@ class ObjectMoments:
 
 
 @dataclass(slots=True)
+class HandMoments:
+    """One hand as bodies are solved for it (`scenes/bodies/goals.py`); None where nobody knows.
+
+    Attributes:
+        places: wrist or palm in world metres, and how far beyond the wrist that is.
+        palms: quaternions w, x, y, z of palms' axes.
+        fingers: angles of five fingers, four each, radians.
+    """
+
+    places: Keys = field(default_factory=lambda: Keys(HAND_STEPS))
+    palms: Keys = field(default_factory=lambda: Keys(PALM_STEPS))
+    fingers: Keys = field(default_factory=lambda: Keys(FINGER_STEPS))
+
+    def add(self, t_ms: int, goals: Goals, side: int) -> None:
+        """One person's hand at one time."""
+        place = [*goals.wrists[0, side].tolist(), float(goals.grips_m[0, side])]
+        self.places.add(t_ms, _known(place))
+        palm = goals.palms[0, side]
+        turn = None if np.isnan(palm).any() else quaternion_from_rotation(palm)
+        kept = self.palms.values
+        if turn is not None and kept and kept[-1] is not None and turn @ np.array(kept[-1]) < 0.0:
+            turn = -turn
+        self.palms.add(t_ms, None if turn is None else turn.tolist())
+        self.fingers.add(t_ms, _known(goals.fingers[0, side].ravel().tolist()))
+
+    def end(self, t_ms: int) -> None:
+        """The person has left."""
+        for keys in (self.places, self.palms, self.fingers):
+            keys.add(t_ms, None)
+
+
+def _known(values: list[float]) -> list[float] | None:
+    return values if all(value == value for value in values) else None
+
+
+@dataclass(slots=True)
 class PersonMoments:
-    """One person: "local" or "remote", where the head was, where they pointed."""
+    """One person: "local" or "remote", where head and hands were, where they pointed."""
 
     role: str
     heads: Keys = field(default_factory=lambda: Keys(POSE_STEPS))
     rays: Keys = field(default_factory=lambda: Keys(RAY_STEPS))
+    hands: tuple[HandMoments, HandMoments] = field(
+        default_factory=lambda: (HandMoments(), HandMoments())
+    )
 
 
 @dataclass(slots=True)
@@ -99,6 +155,20 @@ class Moments:
         kept = moments.heads.values
         moments.heads.add(t_ms, pose_values(avatar.world_from_head, kept[-1] if kept else None))
         moments.rays.add(t_ms, None if avatar.ray is None else avatar.ray.ravel().tolist())
+        goals = goals_of([avatar])
+        for side, hand in enumerate(moments.hands):
+            hand.add(t_ms, goals, side)
+
+    def end_person(self, t_ns: int, user_id: str) -> None:
+        """Somebody has left, or shows no body any more."""
+        moments = self.people.get(user_id)
+        if moments is None:
+            return
+        t_ms = t_ns // 1_000_000
+        for keys in (moments.heads, moments.rays):
+            keys.add(t_ms, None)
+        for hand in moments.hands:
+            hand.end(t_ms)
 
     def add_event(self, event: Event) -> None:
         """Take an event, but no lost frame, and none beyond those that can be looked through."""
@@ -167,6 +237,9 @@ def read_moments(
         elif isinstance(value, RecordedAvatar):
             t_ns = value.t_ns
             moments.add_person(t_ns, value.avatar)
+        elif isinstance(value, RecordedAvatarGone):
+            t_ns = value.t_ns
+            moments.end_person(t_ns, value.gone.user_id)
         elif isinstance(value, RecordedAnnotation):
             t_ns = value.t_ns
             moments.add_line(t_ns, value.annotation)

@@ -26,6 +26,7 @@ from scenes.pose import Pose
 from studio.handover.keys import Keys
 from studio.handover.moments import Moments
 from studio.view.fonts import FACES, WEIGHTS
+from studio.web.figure_file import figure_file
 from studio.web.splat_parts import (
     SplatPart,
     shadow_part,
@@ -33,7 +34,7 @@ from studio.web.splat_parts import (
     write_splat_parts,
 )
 from studio.web.views import first_places, views_of
-from studio.web.web_files import SHARED_MODULES, STYLE, module_source
+from studio.web.web_files import STYLE, module_source, shared_sources
 
 VIEWER = Path(__file__).parent / "viewer"
 OWN_MODULES = ("main.js", "moments.js", "panel.js", "room.js")
@@ -41,6 +42,12 @@ FORMAT_VERSION = 1
 
 DECIMALS = 4
 """Of lengths in metres, a tenth of a millimetre; of quaternions a hundredth of a degree."""
+
+FINGER_DECIMALS = 2
+"""Of fingers' angles in radians, half a degree."""
+
+FIGURE = "figure"
+"""Part with the figure of people, see `studio/web/figure_file.py`."""
 
 STOOD_MS = 400
 """An object that has not moved for so long stands on something."""
@@ -87,12 +94,11 @@ def write_viewer(
         OSError: the disk is full.
     """
     own = {f"viewer/{name}": VIEWER / name for name in OWN_MODULES}
-    own |= {f"shared/{path.name}": path for path in SHARED_MODULES}
+    sources = {name: module_source(file) for name, file in {**modules, **own}.items()}
+    sources |= shared_sources()
     data = _packed(json.dumps(_data(scene, info, moments), separators=(",", ":")).encode())
-    scripts = [
-        _part(name, _packed(module_source(file)), module=True)
-        for name, file in {**modules, **own}.items()
-    ]
+    scripts = [_part(name, _packed(source), module=True) for name, source in sources.items()]
+    scripts.append(_part(FIGURE, _packed(figure_file())))
     scripts += [
         _part(f"font-{weight}", _packed((FACES / name).read_bytes()))
         for weight, name in WEIGHTS.items()
@@ -196,6 +202,14 @@ def _data(scene: ScenePackage, info: SessionInfo, moments: Moments) -> dict[str,
                 "role": person.role,
                 "heads": _keys(person.heads),
                 "rays": _keys(person.rays),
+                "hands": [
+                    {
+                        "places": _keys(hand.places),
+                        "palms": _keys(hand.palms),
+                        "fingers": _keys(hand.fingers, decimals=FINGER_DECIMALS),
+                    }
+                    for hand in person.hands
+                ],
             }
             for user_id, person in moments.people.items()
         ],
@@ -238,9 +252,9 @@ def _stands_m(keys: Keys, scanned_m: float) -> list[float]:
     return sorted({round(height, 2) for height in (scanned_m, *heights)})
 
 
-def _keys(keys: Keys) -> dict[str, Any]:
+def _keys(keys: Keys, *, decimals: int = DECIMALS) -> dict[str, Any]:
     rounded = [
-        None if values is None else [round(value, DECIMALS) for value in values]
+        None if values is None else [round(value, decimals) for value in values]
         for values in keys.values
     ]
     return {"t_ms": keys.t_ms, "values": rounded}

@@ -17,8 +17,9 @@ from pathlib import Path
 from devices.hub.contract import Asset
 from scenes.package import ScenePackage
 from studio.view.fonts import FACES, WEIGHTS
+from studio.web.figure_file import figure_file
 from studio.web.room_files import MAX_SPLATS, write_room_files
-from studio.web.web_files import SHARED_MODULES, STYLE, module_source
+from studio.web.web_files import STYLE, module_source, shared_sources
 
 PAGE = Path(__file__).parent / "live"
 """The page's own files."""
@@ -30,6 +31,7 @@ EARLY = "early.js"
 """A script that is no module, for browsers that know none."""
 
 JAVASCRIPT, SPLATS, JSON = "text/javascript", "application/octet-stream", "application/json"
+FIGURE = "model/mesh"
 """Types in HTTP answers."""
 
 DIGEST_CHARACTERS = 10
@@ -70,8 +72,8 @@ def live_page(
         for path in sorted(PAGE.rglob("*.js"))
         if path.name != EARLY
     }
-    shared = {f"shared/{path.name}": path for path in SHARED_MODULES}
-    sources = {name: module_source(path) for name, path in {**modules, **own, **shared}.items()}
+    sources = {name: module_source(path) for name, path in {**modules, **own}.items()}
+    sources |= shared_sources()
     addresses = _addresses(sources)
     assets = {
         addresses[name]: Asset(_with_addresses(source.decode(), addresses).encode(), JAVASCRIPT)
@@ -82,7 +84,11 @@ def live_page(
         for name in addresses
         if name not in {f"live/{entry}" for entry in ENTRIES}
     )
-    filled = {"PRELOADS": preloads, **{f"LIVE/{e}": addresses[f"live/{e}"] for e in ENTRIES}}
+    figure = figure_file()
+    figure_path = f"/assets/figure-{hashlib.sha256(figure).hexdigest()[:DIGEST_CHARACTERS]}.bin"
+    assets[figure_path] = Asset(figure, FIGURE)
+    filled = {"PRELOADS": preloads, "FIGURE": figure_path}
+    filled |= {f"LIVE/{entry}": addresses[f"live/{entry}"] for entry in ENTRIES}
     for path, name in (("/", "live.html"), ("/check", "check.html")):
         assets[path] = Asset(_filled(PAGE / name, filled), "text/html; charset=utf-8")
     assets["/assets/early.js"] = Asset((PAGE / EARLY).read_bytes(), JAVASCRIPT)

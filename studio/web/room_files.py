@@ -9,16 +9,18 @@ from typing import Any
 
 import numpy as np
 
+from scenes.bodies.solids import Solids
 from scenes.formats.storage.atomic import write_whole
 from scenes.frames import WORLD_FROM_GLTF
 from scenes.package import ScenePackage
-from scenes.pose import Pose
+from scenes.pose import Pose, quaternion_from_rotation
 from scenes.render.reduction import thinned
 from scenes.splats import SplatCloud
 from scenes.state import ObjectModel
 from studio.evaluate.scores import SYMMETRY_OF_KIND
 from studio.session.opening import scene_hash
 from studio.session.pipeline import CancelledError
+from studio.view.furniture import furniture_of
 from studio.web.browser_spz import write_browser_spz
 from studio.web.splat_parts import shadow_part, write_shadow_parts
 from studio.web.views import first_places, views_of
@@ -174,6 +176,7 @@ def _manifest(scene: ScenePackage, *, room_part: str | None, shadows: set[str]) 
         "footprint": np.round(scene.footprint_m, DECIMALS).tolist(),
         "floor_m": 0.0,
         "height_m": round(max(height, MIN_HEIGHT_M), 3),
+        "solids": _solids(scene),
         "first_part": "first",
         "room_part": room_part,
         "objects": [
@@ -188,6 +191,23 @@ def _manifest(scene: ScenePackage, *, room_part: str | None, shadows: set[str]) 
             for index, item in enumerate(scene.objects)
         ],
     }
+
+
+def _solids(scene: ScenePackage) -> dict[str, Any]:
+    """Return boxes that hands stay out of: centre, quaternion w x y z, half extents; Z up."""
+    furniture = furniture_of(scene)
+    return {
+        "room": _boxes(furniture.fixed),
+        "objects": {key: _boxes(parts) for key, parts in furniture.parts.items()},
+    }
+
+
+def _boxes(solids: Solids) -> list[list[float]]:
+    rows = zip(solids.centres, solids.rotations, solids.halves, strict=True)
+    return [
+        np.round([*centre, *quaternion_from_rotation(turn), *half], DECIMALS).tolist()
+        for centre, turn, half in rows
+    ]
 
 
 def _size(item: ObjectModel) -> dict[str, Any]:

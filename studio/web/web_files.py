@@ -13,6 +13,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from studio.console.program_files import PROGRAM_FILES
+from studio.web.figure_file import CONSTANTS, constants_module
 
 WEB = PROGRAM_FILES / "web"
 """Folder of the lock file; in an installed package the libraries lie beside it."""
@@ -28,9 +29,6 @@ MODULES: Mapping[str, str] = {
 
 SHARED = Path(__file__).parent / "shared"
 """Modules and style that all pages with a room have."""
-
-SHARED_MODULES = tuple(sorted(SHARED.glob("*.js")))
-"""Imported as `shared/` and their file's name."""
 
 STYLE = SHARED / "style.css"
 """Colours, buttons and lists."""
@@ -73,6 +71,15 @@ def module_source(path: Path) -> bytes:
     return text.encode()
 
 
+def shared_sources() -> dict[str, bytes]:
+    """Return the modules that all pages with a room have, by the name they are imported under."""
+    found = {
+        f"shared/{path.relative_to(SHARED).as_posix()}": module_source(path)
+        for path in sorted(SHARED.rglob("*.js"))
+    }
+    return {**found, CONSTANTS: constants_module()}
+
+
 def licences(*, web: Path = WEB) -> str:
     """The licences of the libraries, one after the other."""
     folders = [web / "node_modules" / package for package in LICENCES]
@@ -100,7 +107,7 @@ def fetch(web: Path, *, for_tests: bool = False) -> None:
 
     Args:
         web: the folder with the lock file.
-        for_tests: the emulated headset too, with which tests enter the page.
+        for_tests: what tests need, too: the emulated headset, and the rules of accessibility.
 
     Raises:
         MissingWebFilesError: there is no lock file, or npm failed or took too long.

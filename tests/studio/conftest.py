@@ -26,7 +26,7 @@ from studio.session.pipeline import ExactExecutor, PacedExecutor
 from studio.session.plan import Pace
 from studio.session.session import Session
 from studio.session.sources import SessionInput, SessionMessage
-from studio.web.web_files import MissingWebFilesError, web_modules
+from studio.web.web_files import WEB, MissingWebFilesError, fetch, web_modules
 from tracking.output import TrackOutput
 
 LENS_PX, FRAMES, FPS = 64, 12, 10
@@ -205,15 +205,17 @@ def no_traceback(monkeypatch):
     assert "NEXUS_TRACEBACK" not in os.environ
 
 
-def load_browser():
-    """The module beside this file: tests are no package."""
-    spec = importlib.util.spec_from_file_location("browser", Path(__file__).parent / "browser.py")
+def load_beside(name):
+    """A module beside this file: tests are no package."""
+    spec = importlib.util.spec_from_file_location(name, Path(__file__).parent / f"{name}.py")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
 
 
-browser = load_browser()
+audit = load_beside("audit")
+browser = load_beside("browser")
+firefox_browser = load_beside("firefox")
 
 
 @pytest.fixture(scope="session")
@@ -225,6 +227,29 @@ def modules():
 
 
 @pytest.fixture(scope="session")
+def node_file(modules):
+    """A function that gives a file of a package that only tests need, fetched if missing."""
+
+    def path_of(*parts):
+        path = WEB.joinpath("node_modules", *parts)
+        if not path.is_file():
+            try:
+                fetch(WEB, for_tests=True)
+            except MissingWebFilesError as error:
+                pytest.skip(f"{parts[0]} cannot be had here, npm would fetch it: {error}")
+        return path
+
+    return path_of
+
+
+@pytest.fixture(scope="session")
+def audited(node_file):
+    """A function that gives what axe-core finds in a page."""
+    source = node_file("axe-core", "axe.min.js").read_text(encoding="utf-8")
+    return lambda page: audit.audited(page, source)
+
+
+@pytest.fixture(scope="session")
 def lab():
     return open_scene("lab")
 
@@ -233,6 +258,18 @@ def lab():
 def chromium(tmp_path_factory):
     """One browser for all tests of a run."""
     if browser.browser_path() is None:
-        pytest.skip(f"no browser here: none of {', '.join(browser.NAMES)}")
+        pytest.skip(
+            f"no browser here: none of {', '.join(browser.NAMES)}; "
+            "`./nexus test` as root installs chromium on Debian"
+        )
     with browser.opened_browser(tmp_path_factory.mktemp("profile")) as page:
+        yield page
+
+
+@pytest.fixture(scope="session")
+def firefox(tmp_path_factory):
+    """One Firefox for all tests of a run."""
+    if (why := firefox_browser.missing()) is not None:
+        pytest.skip(why)
+    with firefox_browser.opened_firefox(tmp_path_factory.mktemp("firefox")) as page:
         yield page

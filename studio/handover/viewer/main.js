@@ -169,6 +169,7 @@ document.documentElement.dataset.state = "ready";
 
 // For whoever drives this page: the browser's console, and the program's tests.
 window.viewer = {
+  room,
   seek,
   play,
   fly,
@@ -178,6 +179,7 @@ window.viewer = {
   sharpness: () => sharpness.shown,
   place: (id) => placeOf(room.objects.get(id)).toArray(),
   head: (id) => placeOf(room.people.get(id).head).toArray(),
+  skeleton: (id) => room.people.get(id).figure.skeleton.origins,
   nudge: () => { room.camera.position.x += 0.002; changed(); },
   eye: () => room.camera.position.toArray(),
   target: () => camera.orbit.target.toArray(),

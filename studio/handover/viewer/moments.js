@@ -38,6 +38,22 @@ export function pose(target, keys, t) {
   return true;
 }
 
+/** Columns of the rotation whose quaternion w x y z is in a body's keys; null where there is nothing. */
+export function turn(keys, t, from) {
+  const found = around(keys, t);
+  if (found === null) return null;
+  const [w, x, y, z] = normed(mixed(...found, from, from + 4));
+  return [
+    [1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)],
+    [2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)],
+    [2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)]];
+}
+
+function normed(numbers) {
+  const length = Math.hypot(...numbers);
+  return numbers.map((value) => value / length);
+}
+
 /** Some of the numbers of two keys, mixed. */
 export function mixed(a, b, fraction, from = 0, to = a.length) {
   const values = [];

@@ -1,14 +1,15 @@
 // A recorded room: splats of the room and of every object, people, rays and lines at a time.
 import * as THREE from "three";
-import { COLOURS, Figure } from "shared/figure.js";
-import { around, latest, mixed, pose } from "viewer/moments.js";
-import { Line, rod, stretch } from "shared/shapes.js";
+import { Figure } from "shared/bodies/figure.js";
+import { readShapes } from "shared/bodies/shapes.js";
+import { COLOURS } from "shared/colours.js";
+import { around, latest, mixed, pose, turn } from "viewer/moments.js";
+import { Line } from "shared/shapes.js";
 import { layShadow, Stage } from "shared/stage.js";
 
-const STEM_WIDTH_M = 0.012;
 const LINE_WIDTH_M = 0.008;
-const BELOW_HEAD_M = 0.7;
 const ON_M = 0.03;
+const FINGERS = [0, 1, 2, 3, 4];
 
 export class Room extends Stage {
   constructor(canvas, data, changed) {
@@ -18,10 +19,7 @@ export class Room extends Stage {
     this.shadows = new Map();
     this.people = new Map();
     this.lines = new Map();
-    // People are drawn in a headset's axes, whose up is the files' up.
-    this.upright = new THREE.Group();
-    this.upright.quaternion.copy(this.worldFromFile);
-    this.scene.add(this.upright);
+    this.shown_ms = -Infinity;
   }
 
   /** Unpacks all splats; `progress(done, all)` after each of them. */
@@ -44,13 +42,11 @@ export class Room extends Stage {
       }
       progress(index + 2, all);
     }
+    const shapes = readShapes(await parts.buffer("figure"));
     data.people.forEach((person, index) => {
-      const colour = COLOURS[index % COLOURS.length];
-      const figure = new Figure(colour);
-      const stem = rod(STEM_WIDTH_M, colour);
-      this.people.set(person.id, { figure, stem, head: figure.head });
-      this.upright.add(figure.group);
-      this.scene.add(stem);
+      const figure = new Figure(shapes, COLOURS[index % COLOURS.length], person.id);
+      this.people.set(person.id, { figure, head: figure.head });
+      this.scene.add(figure.group);
     });
     for (const line of data.lines) {
       const drawn = new Line(LINE_WIDTH_M);
@@ -68,7 +64,10 @@ export class Room extends Stage {
       const stands = item.stands_m.some((height) => Math.abs(body.position.z - height) < ON_M);
       if (shadow) layShadow(shadow, body, stands);
     }
-    for (const person of this.data.people) this.#showPerson(person, t);
+    // Backwards there are no steps: people are laid out anew.
+    const dt_s = t >= this.shown_ms ? (t - this.shown_ms) / 1000 : null;
+    this.shown_ms = t;
+    for (const person of this.data.people) this.#showPerson(person, t, dt_s);
     for (const line of this.data.lines) {
       const kept = this.lines.get(line.id);
       const points = latest(line.versions, t);
@@ -76,6 +75,12 @@ export class Room extends Stage {
       kept.shown = points;
       kept.drawn.show(points, line.colour);
     }
+  }
+
+  /** Draws people as they are seen from where one looks. */
+  render() {
+    for (const { figure } of this.people.values()) figure.seenFrom(this.camera.position);
+    super.render();
   }
 
   /** Ids of the people, rays and lines that are there. */
@@ -87,37 +92,34 @@ export class Room extends Stage {
     return { heads, rays: pointing, lines: drawn };
   }
 
-  #showPerson(person, t) {
-    const { figure, stem } = this.people.get(person.id);
-    const keys = around(person.heads, t);
-    const ends = around(person.rays, t);
-    const inFile = this.worldFromFile.clone().invert();
-    const turned = (numbers) => {
-      const found = [];
-      for (let i = 0; i < numbers.length; i += 3) {
-        const place = new THREE.Vector3().fromArray(numbers, i).applyQuaternion(inFile);
-        found.push(...place.toArray());
-      }
-      return found;
+  #showPerson(person, t, dt_s) {
+    const { figure } = this.people.get(person.id);
+    const known = (keys) => {
+      const found = around(keys, t);
+      return found === null ? null : mixed(...found);
     };
-    const ray = ends === null ? null : turned(mixed(...ends));
-    let head = null;
-    stem.visible = keys !== null;
-    if (keys !== null) {
-      const at = new THREE.Object3D();
-      pose(at, person.heads, t);
-      const { x, y, z } = at.position;
-      // The recording's head has a camera's axes: y down, looking along z.
-      const flip = new THREE.Quaternion(1, 0, 0, 0);
-      at.quaternion.premultiply(inFile).multiply(flip);
-      head = [...turned([x, y, z]), ...at.quaternion.toArray()];
-      // Down to the floor: so one sees where on it a person is.
-      stretch(stem, [x, y, z - BELOW_HEAD_M, x, y, 0]);
-    }
-    figure.show({ head, ray });
+    const numbers = known(person.rays);
+    const ray = numbers && [numbers.slice(0, 3), numbers.slice(3)];
+    const eyes = known(person.heads)?.slice(0, 3);
+    if (eyes === undefined) return figure.show(null, ray);
+    // The recording's head has a camera's axes: x right, y down, z ahead.
+    const [right, down, ahead] = turn(person.heads, t, 3);
+    const goal = { eyes, head: [ahead, less(right), less(down)], wrists: [null, null], grips: [0, 0],
+      palms: [null, null], fingers: [null, null], aim: null };
+    person.hands.forEach(({ places, palms, fingers }, side) => {
+      const place = known(places);
+      if (place !== null) [goal.wrists[side], goal.grips[side]] = [place.slice(0, 3), place[3]];
+      goal.palms[side] = turn(palms, t, 0);
+      const angles = known(fingers);
+      if (angles !== null) goal.fingers[side] = FINGERS.map((i) => angles.slice(4 * i, 4 * i + 4));
+    });
+    if (goal.wrists.every((wrist) => wrist === null)) goal.aim = ray && ray[1];
+    figure.show(goal, ray, dt_s);
   }
 
   async #part(parts, name) {
     return this.splats(parts.bytes(name), name);
   }
 }
+
+const less = (v) => v.map((value) => -value);

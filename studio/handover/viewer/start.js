@@ -35,7 +35,8 @@
   };
   const partText = (name) => unpacked(name).text();
   const hasPart = (name) => document.getElementById(`part:${name}`) !== null;
-  window.viewerParts = { bytes: partBytes, text: partText, has: hasPart };
+  const partBuffer = (name) => unpacked(name).arrayBuffer();
+  window.viewerParts = { bytes: partBytes, text: partText, buffer: partBuffer, has: hasPart };
 
   // The page's own face: nothing is fetched, and words look the same on every machine.
   const loadFonts = async () => {

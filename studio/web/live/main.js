@@ -1,7 +1,10 @@
 // The live room on a page: what the studio sends is shown, what one does is sent.
 import * as THREE from "three";
 import { CameraControl } from "shared/camera.js";
-import { COLOURS, Figure } from "shared/figure.js";
+import { Furniture } from "shared/bodies/furniture.js";
+import { readShapes } from "shared/bodies/shapes.js";
+import { COLOURS } from "shared/colours.js";
+import { OwnHands } from "shared/own_hands.js";
 import { Detail } from "shared/detail.js";
 import { Sharpness } from "shared/sharpness.js";
 import { Board } from "live/board.js";
@@ -39,7 +42,7 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
   const changed = () => { dirty = true; };
   const room = new LiveRoom(canvas, manifest, files, changed);
   const control = new CameraControl(room.camera, canvas, manifest.views, changed, manifest.footprint);
-  const people = new People(room.upright);
+  const people = new People(room.scene, readShapes(await files.figure()));
   const board = new Board(room.upright, link, changed);
   const surfaces = new Surfaces(room.upright, changed);
   const bodies = new Bodies(room.upright, changed);
@@ -49,7 +52,7 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
   const picker = new Picker(things, bodies, proposals, room.upright);
   tools.carry = new Carry(room, things, picker,
     { ask: () => ({ shape: tools.shape, colour: tools.ink }), notice, changed });
-  const self = new Figure(COLOURS[0], OWN_RAY_M);
+  const self = new OwnHands(COLOURS[0], OWN_RAY_M);
   room.upright.add(self.group);
   const headset = new Headset(room, board, self, { tools, ended: leftHeadset,
     grab: new Grab(room, things, picker, tools), palette: new Palette(room.upright, tools) });
@@ -93,9 +96,7 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
       people.setList(list, you);
       panel.showPeople(list, you);
       const own = list.find((person) => person.id === you);
-      if (own) self.cloth.color.set(COLOURS[own.index % COLOURS.length]);
-      if (own) self.dot.material.color.set(COLOURS[own.index % COLOURS.length]);
-      if (own) self.ray.material.color.set(COLOURS[own.index % COLOURS.length]);
+      if (own) self.setColour(COLOURS[own.index % COLOURS.length]);
       changed();
     },
     state(message) {
@@ -302,6 +303,7 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
   }
 
   await room.loadFirst(progress);
+  people.furniture = new Furniture(manifest.solids, room.objects);
   listen();
   setMode("orbit");
   if (window.innerWidth < NARROW_PX) toggleList();

@@ -1,6 +1,6 @@
 // What stands beside the picture: who is here, the objects with their state, and the connection.
 import { addRow, fillRow, STATES } from "shared/rows.js";
-import { colourOf } from "live/people.js";
+import { colourOf } from "shared/colours.js";
 
 const AGE_FROM_MS = 2000;
 const ROLES = { local: "in the room", remote: "elsewhere", operator: "operator",

@@ -5,6 +5,7 @@ import { graphics } from "live/blocks.js";
 const NAME = "gaussiannexus.name";
 const NOTICE_MS = 6000;
 const byId = (id) => document.getElementById(id);
+const FIGURE = byId("figure").content;
 
 window.addEventListener("error", (event) => stop(event.message));
 window.addEventListener("unhandledrejection", (event) => stop(event.reason?.message ?? event.reason));
@@ -64,11 +65,13 @@ const link = new Link({
   },
 });
 let opening = null;
+let figure = null; // an answer that is on its way, read once
 
 async function open() {
   const began = performance.now();
   const files = {
     bytes: async (part) => (await authorised(`/assets/room/${part}.spz`)).arrayBuffer(),
+    figure: async () => (await figure ?? await fetched(FIGURE)).arrayBuffer(),
   };
   byId("message").hidden = false;
   const manifest = await (await authorised("/assets/room/manifest.json")).json();
@@ -93,8 +96,10 @@ async function open() {
   document.documentElement.dataset.state = "ready";
 }
 
-async function authorised(path) {
-  const answer = await fetch(path, { headers: { Authorization: `Bearer ${link.token}` } });
+const authorised = (path) => fetched(path, { headers: { Authorization: `Bearer ${link.token}` } });
+
+async function fetched(path, options) {
+  const answer = await fetch(path, options);
   if (!answer.ok) throw new Error(`${path}: the studio answered ${answer.status}`);
   return answer;
 }
@@ -151,5 +156,6 @@ if (!drawing.isFine) {
   showJoin("");
 }
 document.documentElement.dataset.state = "join";
-// Fetched while somebody types a name.
+// Fetched while somebody types a name; a figure that fails is asked for again by the room.
+figure = fetched(FIGURE).catch(() => null);
 import("live/main.js").catch((error) => stop(error.message));

@@ -210,6 +210,7 @@ export class Tools {
   #addInk(name, hex, ink) {
     const button = document.createElement("button");
     button.setAttribute("role", "radio");
+    button.setAttribute("aria-checked", "false");
     button.setAttribute("aria-label", `Draw in ${name}`);
     button.title = name;
     button.style.setProperty("--ink-colour", hex);

@@ -41,8 +41,27 @@ def track(object_id, t_ns, pose, state):
     return TrackedObject(object_id, t_ns, pose, np.zeros((4, 4)), 1.0, state, 1.0, 0)
 
 
+def guest(step):
+    """Somebody on site whose hands are tracked, and who goes away."""
+    eyes = np.array([1.2, 0.4 + 0.03 * step, 1.6])
+    head = look_at(eyes, np.array([0.0, 0.4, 1.5]))
+    spread = np.array(
+        [
+            [0.03 + 0.03 * bone, 0.02 * (2 - finger), 0.0]
+            for finger in range(5)
+            for bone in range(4 + (finger > 0))
+        ]
+    )
+    hands = tuple(
+        np.concatenate([np.zeros((1, 3)), spread * (-1, way, 1)]) + eyes + (-0.4, -0.2 * way, -0.4)
+        for way in (1, -1)
+    )
+    return Avatar("grace", "local", head, hands)
+
+
 def lab_moments():
-    """Two seconds: chair 1 moves from the first to the second; a person points; a line is drawn."""
+    """Two seconds: chair 1 moves from the first to the second; a person points, another
+    one goes away after one; a line is drawn."""
     moments = Moments(end_ms=2000, frames=21, moved={"chair-1"})
     for step in range(21):
         t_ns, share = step * 100_000_000, float(np.clip((step - 5) / 10, 0, 1))
@@ -53,6 +72,10 @@ def lab_moments():
         ray = np.array([eye, place]) if step >= 10 else None
         head = look_at(eye, np.array([0.0, 0.5, 1.0]))
         moments.add_person(t_ns, Avatar("remote-user", "remote", head, ray=ray))
+        if step < 10:
+            moments.add_person(t_ns, guest(step))
+        elif step == 10:
+            moments.end_person(t_ns, "grace")
     line = np.array([[0.0, 2.0, 1.2], [0.5, 2.0, 1.5], [1.0, 2.0, 1.2]])
     moments.add_line(1_500_000_000, Annotation("line-1", "remote-user", line, (1.0, 0.0, 1.0)))
     moments.events.append((500, "pushes <b>chair-1</b>"))

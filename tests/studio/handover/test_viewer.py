@@ -1,12 +1,16 @@
 """The page in a real browser: what is seen, what moves, and that nothing is fetched."""
 
 import base64
+import importlib.util
 import re
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from scenes.bodies.goals import goals_of
+from scenes.bodies.solve import solve_bodies
 from scenes.cameras import Pinhole
 from scenes.frames import look_at
 from scenes.pose import Pose
@@ -17,6 +21,14 @@ WIDTH, HEIGHT = 960, 600
 FIELD_OF_VIEW_DEG = 62.0
 READY = "document.documentElement?.dataset.state === 'ready'"
 CHAIR_FROM, CHAIR_TO = (-0.4, 0.3, 0.0), (0.9, -0.6, 0.0)
+
+
+def guest(step):
+    """The person who goes away, as the fixtures beside this file have them."""
+    spec = importlib.util.spec_from_file_location("fixtures", Path(__file__).parent / "conftest.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module.guest(step)
 
 
 @pytest.fixture
@@ -42,7 +54,8 @@ def settled(page):
 
 
 def bare(page):
-    """Without what stands around the picture, and with the picture's own middle."""
+    """Without what stands around the picture, with the picture's own middle, and without people."""
+    page.evaluate("viewer.room.people.forEach(({figure}) => { figure.group.visible = false; })")
     page.evaluate(
         "document.getElementById('panel').hidden || document.getElementById('side').click()"
     )
@@ -71,7 +84,7 @@ def test_the_room_and_its_objects_look_as_the_renderer_draws_them(shown, lab):
         for yaw, place in ((1.0, CHAIR_TO), (0.0, CHAIR_FROM))
     )
     difference = np.abs(picture - wanted).mean(axis=2)
-    # Colours are rounded, splats are cut off elsewhere, and a head, a ray and a line are drawn.
+    # Colours are rounded, splats are cut off elsewhere, and a line is drawn.
     assert difference.mean() < 0.02
     assert np.quantile(difference, 0.9) < 0.04
     # Where the chair is and where it was, the page shows it where it is.
@@ -187,10 +200,36 @@ def test_people_rays_and_lines_are_there_when_they_were(shown):
         return shown.evaluate("viewer.shown()")
 
     shown.evaluate("viewer.seek(0)")
-    assert visible() == {"heads": ["remote-user"], "rays": [], "lines": []}
+    assert visible() == {"heads": ["remote-user", "grace"], "rays": [], "lines": []}
     assert shown.evaluate("viewer.head('remote-user')") == pytest.approx([-1.5, -1.0, 1.6])
     shown.evaluate("viewer.seek(1600)")
     assert visible() == {"heads": ["remote-user"], "rays": ["remote-user"], "lines": ["line-1"]}
+
+
+def test_people_have_the_program_s_figure_with_their_hands_until_they_leave(shown):
+    shown.evaluate("viewer.seek(900)")
+    found = shown.evaluate("viewer.skeleton('grace')")
+    goals = goals_of([guest(9)])
+    _, skeleton = solve_bodies(None, goals)
+    # Rounded to tenths of a millimetre, fingers to half a degree.
+    assert np.abs(np.array(found) - skeleton.origins[0]).max() < 0.003
+    assert visible_labels(shown) == ["remote-user", "grace"]
+
+    shown.evaluate("viewer.seek(1200)")
+    assert shown.evaluate("viewer.shown().heads") == ["remote-user"]
+    settled(shown)
+    assert visible_labels(shown) == ["remote-user"]
+    assert shown.evaluate("document.querySelectorAll('#people .state')[1].textContent") == "away"
+    shown.evaluate("viewer.seek(0)")
+    assert shown.evaluate("viewer.shown().heads") == ["remote-user", "grace"]
+
+
+def visible_labels(page):
+    settled(page)
+    return page.evaluate(
+        "[...document.querySelectorAll('#labels span')].filter((l) => !l.hidden)"
+        ".map((l) => l.textContent)"
+    )
 
 
 def test_nothing_is_fetched_and_nothing_could_be(shown, lab_page):

@@ -14,7 +14,6 @@ from scenes.pose import Pose
 from scenes.splats import SplatCloud
 from scenes.state import ObjectModel
 from studio.web.live_page import live_page
-from studio.web.web_files import WEB, MissingWebFilesError, fetch
 
 PER_WALL = 300
 
@@ -116,12 +115,6 @@ def invite_guest(hub):
 
 
 @pytest.fixture(scope="session")
-def iwer_source(modules):
+def iwer_source(node_file):
     """The emulated headset, as a script that a page runs before its own."""
-    path = WEB / "node_modules" / "iwer" / "build" / "iwer.min.js"
-    if not path.is_file():
-        try:
-            fetch(WEB, for_tests=True)
-        except MissingWebFilesError as error:
-            pytest.skip(f"the emulated headset cannot be had here: {error}")
-    return path.read_text(encoding="utf-8")
+    return node_file("iwer", "build", "iwer.min.js").read_text(encoding="utf-8")

@@ -46,7 +46,7 @@ def join(page, hub, **size):
 def unnamed(page):
     """Return the elements that a screen reader can reach and has no name for."""
     nodes = page.call("Accessibility.getFullAXTree")["nodes"]
-    wanted = {"button", "radio", "textbox", "link", "combobox", "Canvas"}
+    wanted = {"button", "radio", "textbox", "link", "combobox", "Canvas", "application"}
     return [
         node
         for node in nodes

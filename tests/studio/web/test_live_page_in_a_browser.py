@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
+from scenes.bodies.skeleton import Bone, arm_rows, leg_rows
 from scenes.pose import Pose
 from scenes.state import SceneState, TrackedObject, TrackState, reduce_state
 
@@ -155,9 +156,14 @@ def test_somebody_else_is_seen_with_head_hands_and_ray(page, hub, invite_guest):
         assert time.monotonic() < deadline
         time.sleep(0.05)
 
-    assert page.evaluate(f"{figure}.head.position.toArray()") == pytest.approx([0.3, 1.6, -0.8])
-    assert page.evaluate(f"{figure}.hands.map((hand) => hand.group.visible)") == [True, True]
-    assert page.evaluate(f"{figure}.dot.position.toArray()") == pytest.approx([0.3, 0.2, -0.2])
+    # What has a headset's axes, y up, stands in the room's, z up.
+    assert page.evaluate(f"{figure}.head.position.toArray()") == pytest.approx([0.3, 0.8, 1.6])
+    assert page.evaluate(f"{figure}.dot.position.toArray()") == pytest.approx([0.3, 0.2, 0.2])
+    origins = np.array(page.evaluate(f"{figure}.skeleton.origins"))
+    wrists = origins[arm_rows(Bone.HAND)]
+    assert np.abs(wrists - [(0.1, 0.9, 1.2), (0.4, 0.9, 1.2)]).max() < 0.01
+    assert np.ptp(origins[leg_rows(Bone.FOOT), 2]) < 0.01, "both feet on the floor"
+    assert page.evaluate(f"{figure}.bodies[0].visible")
     # Nothing more comes: hidden after two seconds, still in the list.
     page.wait_for(f"!{figure}.group.visible", seconds=10)
     assert page.evaluate("document.querySelectorAll('#people li').length") == 2

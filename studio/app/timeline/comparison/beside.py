@@ -71,6 +71,7 @@ class RunPicture(QWidget):
         self._turned, self._called = turned, called
         self._t_ns = 0
         self._scene: ScenePackage | None = None
+        self._drawing: SceneDrawing | None = None
         self._image: QImage | None = None
         self._painter: TwinPainter | None = None
         self._last = QPointF()
@@ -94,6 +95,7 @@ class RunPicture(QWidget):
         self.orbit = home(drawing.scene.footprint_m)
         self._scene = drawing.scene
         self._painter = TwinPainter(drawing)
+        self._drawing = drawing
 
     def close_run(self) -> None:
         """End the thread that draws."""
@@ -122,6 +124,7 @@ class RunPicture(QWidget):
             2 * max(8, round(0.5 * self.height() * scale)),
             field_of_view(self.width(), self.height()),
         )
+        self._crowd.furniture = None if self._drawing is None else self._drawing.furniture
         shapes = shapes_of(
             state,
             shown=Shown(),

@@ -10,10 +10,12 @@ import threading
 
 from scenes.bodies.crowd import Crowd
 from scenes.bodies.figure import rest_figure
+from scenes.bodies.furniture import Furniture
 from scenes.package import ScenePackage
 from scenes.render.native import NativeRenderer
 from studio.app.viewport.drawing.mesh_thread import MeshThread
 from studio.app.viewport.drawing.outlines import Outlines
+from studio.view.furniture import furniture_of
 from studio.view.twin import Twin
 
 
@@ -29,6 +31,8 @@ class SceneDrawing:
         self.twin = Twin(scene, NativeRenderer())
         self.outlines = Outlines()
         """Draws shapes where there is no OpenGL."""
+        self.furniture: Furniture | None = None
+        """What people's hands stay out of; None before `prepare`."""
         self._meshes: MeshThread | None = None
         self._preparing = threading.Lock()
         self._is_prepared = self._is_closed = False
@@ -53,6 +57,7 @@ class SceneDrawing:
                 return
             self.twin.make_coarse()
             rest_figure()
+            self.furniture = furniture_of(self.scene)
             self._meshes = MeshThread()
             self._is_prepared = True
 
@@ -73,8 +78,13 @@ class Drawings:
 
     def __init__(self) -> None:
         self._now: SceneDrawing | None = None
-        self.crowd = Crowd()
+        self._crowd = Crowd()
+
+    @property
+    def crowd(self) -> Crowd:
         """People of what is shown now: all views see the same figures."""
+        self._crowd.furniture = None if self._now is None else self._now.furniture
+        return self._crowd
 
     def of(self, scene: ScenePackage) -> SceneDrawing:
         """The scene's drawing; that of another scene is closed."""

@@ -274,7 +274,8 @@ def proposed_way(state: SceneState, proposal: Proposal) -> Line:
 def people_shapes(state: SceneState, crowd: Crowd, *, seen_by: str) -> list[Shape]:
     """Return everybody, and what they point at; of themselves people see forearms and hands."""
     found: list[Shape] = []
-    figures = crowd.figures(state.avatars, state.t_ns)
+    objects = {key: track.world_from_object for key, track in state.objects.items()}
+    figures = crowd.figures(state.avatars, state.t_ns, objects=objects)
     for avatar in state.avatars.values():
         person, key = figures[avatar.user_id], f"avatar {avatar.user_id}"
         is_own = avatar.user_id == seen_by
