@@ -28,7 +28,7 @@ from studio.web.views import first_places, views_of
 MANIFEST = "manifest.json"
 """File with everything but the splats."""
 
-FORMAT_VERSION = 2
+FORMAT_VERSION = 3
 """Of the manifest; files of another version are made again."""
 
 MAX_SPLATS = 400_000
