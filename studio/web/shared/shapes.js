@@ -10,8 +10,10 @@ export function rod(width, colour) {
   return new THREE.Mesh(shape, new THREE.MeshBasicMaterial({ color: colour }));
 }
 
-/** Puts a rod between two points, given as six numbers; it is hidden where they are one. */
-export function stretch(mesh, [x, y, z, u, v, w]) {
+/** Puts a rod between two points, given as six numbers; it is hidden where they are one.
+ * @param {THREE.Object3D} mesh @param {ArrayLike<number>} ends */
+export function stretch(mesh, ends) {
+  const [x, y, z, u, v, w] = Array.from(ends);
   const from = new THREE.Vector3(x, y, z);
   const along = new THREE.Vector3(u, v, w).sub(from);
   const length = along.length();

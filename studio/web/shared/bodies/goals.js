@@ -5,10 +5,12 @@ import { added, length, less, moved, unit } from "shared/bodies/vectors.js";
 import { fingerAngles } from "shared/bodies/hands.js";
 
 /** A point of a headset's axes (Y up) in the world's (Z up). */
-export const toWorld = ([x, y, z]) => [x, -z, y];
+export const toWorld = (/** @type {number[]} */ [x, y, z]) => [x, -z, y];
 
-/** A vector turned by a quaternion x y z w. */
-export function turnedBy([x, y, z, w], [a, b, c]) {
+/** A vector turned by a quaternion x y z w.
+ * @param {number[]} quaternion @param {number[]} vector */
+export function turnedBy(quaternion, vector) {
+  const [[x, y, z, w], [a, b, c]] = [quaternion, vector];
   const [u, v, s] = [2 * (y * c - z * b), 2 * (z * a - x * c), 2 * (x * b - y * a)];
   return [a + w * u + y * s - z * v, b + w * v + z * u - x * s, c + w * s + x * v - y * u];
 }

@@ -62,7 +62,7 @@ export function paletteOf(top, id) {
     brows: shaded(hair, K.BROWS), lips: shaded(skin, K.LIPS) };
   const found = { top: new THREE.Color(top) };
   for (const [name, colour] of Object.entries(rgb)) {
-    found[name] = new THREE.Color().setRGB(...colour, THREE.SRGBColorSpace);
+    found[name] = new THREE.Color().setRGB(colour[0], colour[1], colour[2], THREE.SRGBColorSpace);
   }
   return found;
 }
