@@ -58,6 +58,25 @@ class EncodedFrame:
 
 
 @dataclass(frozen=True, slots=True)
+class VoicePacket:
+    """A moment of somebody's voice, recorded where the operator has said so.
+
+    Attributes:
+        t_ns: when it was heard.
+        user_id: whose it is.
+        seq: counts their moments, of 16 bits.
+        time: samples of 48 kHz since some instant of theirs, of 32 bits.
+        opus: one packet of Opus.
+    """
+
+    t_ns: int
+    user_id: str
+    seq: int
+    time: int
+    opus: bytes
+
+
+@dataclass(frozen=True, slots=True)
 class Event:
     """An event of the session: when it happened, to whom, which kind, and in words."""
 

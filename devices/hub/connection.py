@@ -12,6 +12,7 @@ from aiohttp import WSCloseCode, WSMessage, WSMsgType, web
 from devices.clock import Clock
 from devices.hub.admission import Refused
 from devices.hub.channels import to_text
+from devices.hub.media.voice_wire import VOICE_KIND
 from devices.hub.messages import MAX_TEXT_BYTES, Hello, MessageError, OpError, read_message
 from devices.hub.outbox import Outbox
 from devices.hub.session import Session, Visit
@@ -30,6 +31,9 @@ STUCK_NS = 10 * 10**9
 
 MAX_WAITING_BYTES = 32 * 1024
 """Bytes that wait below the outbox, where nothing newer can replace them: 50 ms at 5 Mbit/s."""
+
+_VOICE = bytes([VOICE_KIND])
+"""Second byte of a moment of voice."""
 
 _STAMP = struct.Struct("<Q")
 """Content of a ping: session time."""
@@ -139,7 +143,12 @@ class Connection:
     def _hear(self, visit: Visit, message: WSMessage) -> None:
         now_ns = self._heard_ns
         session = self._session
-        if message.type is WSMsgType.BINARY:
+        if message.type is WSMsgType.BINARY and message.data[1:2] == _VOICE:
+            with session.lock:
+                is_news = session.hear_voice(visit, message.data, now_ns=now_ns)
+            if is_news or visit.outbox.is_ending:
+                self._wake_all()
+        elif message.type is WSMsgType.BINARY:
             with session.lock:
                 is_news = session.see_body(visit, message.data, now_ns=now_ns)
             if is_news:

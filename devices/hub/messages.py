@@ -11,6 +11,8 @@ from typing import Any, NoReturn, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from devices.hub.media.offer import OfferError
+from devices.hub.media.signals import MediaSignal, OfferSignal, read_signal
 from devices.hub.roles import Op
 from devices.hub.wire import MAX_ROOM_M
 
@@ -89,7 +91,7 @@ class Do:
     colour: tuple[float, float, float] = (1.0, 1.0, 1.0)
 
 
-Message = Hello | Seen | Ping | Do
+Message = Hello | Seen | Ping | Do | OfferSignal | MediaSignal
 """Texts that a client may send."""
 
 
@@ -117,7 +119,10 @@ def read_message(text: str) -> Message | None:
         return _read_do(fields)
     if not isinstance(kind, str):
         raise MessageError("kind: wanted a text")
-    return None
+    try:
+        return read_signal(fields)
+    except OfferError as error:
+        raise MessageError(str(error)) from None
 
 
 def read_object(text: str | bytes) -> dict[str, Any]:

@@ -32,6 +32,12 @@ RIGHTS: Mapping[Role, frozenset[Op]] = {
 }
 """Operations that each role may ask for; what only the operator may do is no message at all."""
 
+SPEAKERS = frozenset({Role.LOCAL, Role.REMOTE, Role.OPERATOR})
+"""Roles whose voice is heard; a spectator listens."""
+
+SPEAK = "speak"
+"""Right to be heard, as it is named beside those of operations."""
+
 
 @dataclass(frozen=True, slots=True)
 class Person:
@@ -45,6 +51,8 @@ class Person:
         is_muted: whether their body and operations are refused.
         is_connected: false while a connection that broke may come back.
         latency_ms: round trip of the newest ping; None before the first.
+        has_microphone: whether theirs is on.
+        is_speaking: whether they are heard.
     """
 
     person_id: str
@@ -54,3 +62,16 @@ class Person:
     is_muted: bool = False
     is_connected: bool = True
     latency_ms: float | None = None
+    has_microphone: bool = False
+    is_speaking: bool = False
+
+
+def may_speak(person: Person) -> bool:
+    """Return whether somebody's voice is heard: their role lets them, and they are not muted."""
+    return person.role in SPEAKERS and not person.is_muted
+
+
+def rights_of(person: Person) -> list[str]:
+    """Return what somebody may do, as they are told."""
+    ops: list[str] = [] if person.is_muted else sorted(RIGHTS[person.role])
+    return [*ops, SPEAK] if may_speak(person) else ops

@@ -24,6 +24,7 @@ from devices.hub.entry.certificates import (
 from devices.hub.entry.pairing import PairingCodes
 from devices.hub.entry.tokens import Tokens
 from devices.hub.inbox import Avatars
+from devices.hub.media.link import MediaLink, is_available
 from devices.hub.port import Port
 from devices.hub.roles import Person, Role
 from devices.hub.session import Session
@@ -92,7 +93,9 @@ class Hub:
             tokens=tokens or Tokens(),
             say=say,
             now_ns=clock.now_ns(),
+            is_voice_recorded=settings.is_voice_recorded,
         )
+        self._media: MediaLink | None = None
         self._certificates: Certificates | None = None
         self._task: Task[None] | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -122,6 +125,11 @@ class Hub:
             self._certificates = keep_certificates(
                 self._settings.certificate_folder, names=tuple(sorted(self._names))
             )
+        if is_available():
+            reach = ("127.0.0.1",) if is_loopback(self._settings.host) else addresses
+            took, died = self._take_frame, self._media_died
+            self._media = MediaLink(reach, took=took, died=died)
+            self._session.media.link = self._media
         listening: Future[int] = Future()
 
         def work(_task: Task[None]) -> None:
@@ -146,6 +154,8 @@ class Hub:
         if task is None or loop is None or ending is None:
             return
         self._call_soon(ending.set)
+        if self._media is not None:
+            self._media.close()
         task.join(CLOSE_S)
 
     @property
@@ -184,6 +194,7 @@ class Hub:
         message = pack_picture(surface_id, jpeg)
         with self._session.lock:
             self._session.pictures.put(surface_id, message)
+            self._session.media.show(surface_id, jpeg)
         self._call_soon(self._wake_all)
 
     def take(self) -> Arrived:
@@ -311,6 +322,7 @@ class Hub:
     async def _look_for_states(self) -> None:
         while True:
             self._try(self._publish)
+            self._try(self._look_at_voices)
             await asyncio.sleep(LOOK_S if self._connections else IDLE_LOOK_S)
 
     async def _talk(self, request: web.BaseRequest, address: str) -> web.StreamResponse:
@@ -331,6 +343,25 @@ class Hub:
         with self._session.lock:
             self._session.publish(state)
         self._wake_all()
+
+    def _look_at_voices(self) -> None:
+        with self._session.lock:
+            has_changed = self._session.tell_speaking(self._clock.now_ns())
+        if has_changed:
+            self._wake_all()
+
+    def _take_frame(self, kind: int, data: bytes) -> None:
+        """Take what the process of media says, on its reader's thread."""
+        with self._session.lock:
+            is_news = self._session.media.take_frame(kind, data, now_ns=self._clock.now_ns())
+        if is_news:
+            self._call_soon(self._wake_all)
+
+    def _media_died(self) -> None:
+        self._say("people: the process of media has ended; it begins again when it is needed")
+        with self._session.lock:
+            self._session.media.process_died()
+        self._call_soon(self._wake_all)
 
     def _wake_all(self) -> None:
         for connection in self._connections:

@@ -28,9 +28,11 @@ from devices.hub.entry.pairing import PairingCodes, PairingRefused
 from devices.hub.entry.rates import Bucket
 from devices.hub.entry.tokens import Tokens
 from devices.hub.inbox import Inbox
+from devices.hub.media.signals import MediaSignal, OfferSignal
+from devices.hub.media.voice_room import VoiceRoom
 from devices.hub.messages import Do, Hello, MessageError, OpError, Ping, Seen, read_message
 from devices.hub.outbox import Outbox, Sent
-from devices.hub.roles import RIGHTS, Op, Person, Role
+from devices.hub.roles import RIGHTS, Person, Role, rights_of
 from devices.hub.wire import WireError, check_body, head_only
 from scenes.state import SceneState
 
@@ -64,6 +66,7 @@ class Session:
         tokens: ways back in.
         say: takes a line for the log.
         now_ns: session time of its beginning.
+        is_voice_recorded: whether voices are kept for the session's recording.
     """
 
     def __init__(
@@ -74,12 +77,14 @@ class Session:
         tokens: Tokens,
         say: Callable[[str], None],
         now_ns: int,
+        is_voice_recorded: bool = False,
     ) -> None:
         self.lock = threading.RLock()
         self.codes = codes
         self.states, self.log, self.bodies = StateChannel(), LogChannel(), BodyChannel()
         self.pictures = PictureChannel()
         self.sent, self.refused = Sent(), Counter[str]()
+        self.media = VoiceRoom(None, is_voice_recorded, lambda kind: self.refused.update((kind,)))
         self._say = say
         self._attendance, self._board, self._inbox = Attendance(), Board(), Inbox()
         self._door = Admission(self._attendance, codes, tokens, max_people)
@@ -128,6 +133,7 @@ class Session:
         guest.outbox, guest.has_joined, guest.is_gone = outbox, True, False
         name = guest.person.name if hello.name is None else hello.name
         guest.person = replace(guest.person, name=name, is_connected=True)
+        self.media.enter(guest.person, outbox, address=address, now_ns=now_ns)
         self._welcome(visit, hello, now_ns=now_ns)
         self._tell_people(now_ns)
         verb = "is back" if is_back else "joined"
@@ -142,6 +148,7 @@ class Session:
         guest.outbox, guest.away_since_ns = None, now_ns
         guest.person = replace(guest.person, is_connected=False, latency_ms=None)
         self.bodies.drop(guest.person.index)
+        self.media.leave(guest.person.index)
         self._note("away", f"{self._called(guest)} has lost the connection")
 
     def hear(self, visit: Visit, text: str, *, now_ns: int) -> bool:
@@ -163,6 +170,10 @@ class Session:
             elif isinstance(message, Do):
                 self._do(visit, message, now_ns=now_ns)
                 return True
+            elif isinstance(message, (OfferSignal, MediaSignal)):
+                is_news = self.media.take_signal(guest.person.index, message, now_ns=now_ns)
+                self._tell_people(now_ns)
+                return is_news
         except OpError as error:
             self.refuse(f"{self._called(guest)}: {error}", kind="op", now_ns=now_ns)
             outbox.put(to_text({"kind": "refused", "id": error.op_id, "why": str(error)}))
@@ -190,6 +201,21 @@ class Session:
         self.bodies.put(guest.person.index, data)
         return True
 
+    def hear_voice(self, visit: Visit, data: bytes, *, now_ns: int) -> bool:
+        """Take a moment of somebody's voice; return whether others get it over a WebSocket."""
+        try:
+            return self.media.hear(visit.guest.person.index, data, now_ns=now_ns)
+        except WireError as error:
+            self.fault(visit, str(error), now_ns=now_ns)
+            return False
+
+    def tell_speaking(self, now_ns: int) -> bool:
+        """Send who speaks if it has changed; return whether it has."""
+        text = self.media.speaking_news(now_ns)
+        if text is not None:
+            self._tell_all(text)
+        return text is not None
+
     def fault(self, visit: Visit, why: str, *, now_ns: int) -> None:
         """Count a message that cannot be read; too many end the connection."""
         guest, outbox = visit.guest, visit.outbox
@@ -207,6 +233,7 @@ class Session:
                 self._tell_all(self.log.add(drawn.entry()))
         self.states.take(state)
         self.pictures.keep(state.surfaces.keys())
+        self.media.keep_surfaces(state.surfaces.keys())
 
     def tick(self, now_ns: int) -> None:
         """Do what is due: fresh tokens, and whoever was away too long is gone."""
@@ -221,11 +248,11 @@ class Session:
 
     def people(self, now_ns: int) -> tuple[Person, ...]:
         """Return who is here, and who may come back."""
-        return tuple(guest.person for guest in self._attendance.listed(now_ns))
+        return tuple(self.media.seen(guest.person) for guest in self._attendance.listed(now_ns))
 
     def take(self) -> Arrived:
         """Return what people have sent since the last call, without their bodies."""
-        return self._inbox.take()
+        return replace(self._inbox.take(), voices=self.media.take_recorded())
 
     def shown(self, now_ns: int) -> list[tuple[Person, bytes]]:
         """Return everybody who shows a body, and the newest of each."""
@@ -251,11 +278,12 @@ class Session:
         guest = self._find(person_id)
         guest.change(role=role, is_muted=is_muted)
         person = guest.person
+        self.media.change(person)
         if person.is_muted:
             guest.body = b""
             self.bodies.drop(person.index)
         if guest.outbox is not None:
-            told = {"role": person.role, "rights": _rights(person), "muted": person.is_muted}
+            told = {"role": person.role, "rights": rights_of(person), "muted": person.is_muted}
             guest.outbox.put(to_text({"kind": "rights", **told}))
         self._tell_people(now_ns)
         muted = ", muted" if person.is_muted else ""
@@ -271,6 +299,7 @@ class Session:
         self._attendance.remove(person_id)
         self._board.forget(person_id)
         self.bodies.drop(guest.person.index)
+        self.media.leave(guest.person.index)
         if guest.outbox is not None:
             guest.outbox.end("the operator has removed you")
         self._tell_people(now_ns)
@@ -307,7 +336,8 @@ class Session:
             "role": person.role,
             "name": person.name,
             "token": self._door.new_token(guest, now_ns),
-            "rights": _rights(person),
+            "rights": rights_of(person),
+            "media": self.media.welcome(),
             "people": self._list(now_ns),
             "log_seq": self.log.seq if entries is None else hello.log_seq,
             "resumed": entries is not None,
@@ -351,7 +381,8 @@ class Session:
                 "name": person.name,
                 "role": person.role,
                 "muted": person.is_muted,
-                "pen": bool(_rights(person)),
+                "pen": bool(RIGHTS[person.role]) and not person.is_muted,
+                "microphone": person.has_microphone,
             }
             for person in self.people(now_ns)
         ]
@@ -368,7 +399,3 @@ class Session:
     def _note(self, kind: str, text: str) -> None:
         self._inbox.note(kind, text)
         self._say(f"people: {text}")
-
-
-def _rights(person: Person) -> list[Op]:
-    return [] if person.is_muted else sorted(RIGHTS[person.role])

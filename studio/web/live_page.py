@@ -65,7 +65,11 @@ def live_page(
         OSError: the disk is full, or a file of the program is missing.
     """
     room = write_room_files(scene, folder / "room", max_splats=max_splats, cancelled=cancelled)
-    own = {f"live/{path.name}": path for path in sorted(PAGE.glob("*.js")) if path.name != EARLY}
+    own = {
+        f"live/{path.relative_to(PAGE).as_posix()}": path
+        for path in sorted(PAGE.rglob("*.js"))
+        if path.name != EARLY
+    }
     shared = {f"shared/{path.name}": path for path in SHARED_MODULES}
     sources = {name: module_source(path) for name, path in {**modules, **own, **shared}.items()}
     addresses = _addresses(sources)

@@ -6,6 +6,7 @@ import { Sharpness } from "shared/sharpness.js";
 import { Board } from "live/board.js";
 import { Headset } from "live/headset.js";
 import { LiveRoom } from "live/live_room.js";
+import { Media } from "live/media/media.js";
 import { Labels, Panel } from "live/panel.js";
 import { People } from "live/people.js";
 import { isPicture, Surfaces } from "live/surfaces.js";
@@ -46,6 +47,7 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
       else notice("They show no body at the moment.");
     },
   });
+  const media = new Media({ link, people, surfaces, panel, room, changed, notice });
   let you = null;
   let isLoaded = false;
   let moving = false;
@@ -63,15 +65,19 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
       board.takeWhole(you, message.state);
       surfaces.takeWhole(message.state);
       take.people(message);
+      media.welcome(message);
       showObjects();
     },
-    rights({ rights }) {
+    rights(message) {
+      const { rights } = message;
+      media.rights(message);
       tools.allow(rights);
       headset.canDraw = rights.includes("line");
     },
     people({ people: list }) {
       people.setList(list, you);
       panel.showPeople(list, you);
+      media.setList(list);
       const own = list.find((person) => person.id === you);
       if (own) self.cloth.color.set(COLOURS[own.index % COLOURS.length]);
       if (own) self.dot.material.color.set(COLOURS[own.index % COLOURS.length]);
@@ -94,8 +100,11 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
     },
     bodies: (buffer) => {
       if (isPicture(buffer)) surfaces.takePicture(buffer);
-      else people.take(buffer, performance.now());
+      else if (!media.takeVoices(buffer)) people.take(buffer, performance.now());
     },
+    speaking: (message) => media.takeSpeaking(message),
+    answer: (message) => media.takeAnswer(message),
+    places: (message) => media.takePlaces(message),
     status: (status) => panel.showLink(status, link.latency),
   };
 
@@ -155,6 +164,7 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
     KeyH: toggleList,
     KeyL: () => tools.choose(tools.tool === "draw" ? "look" : "draw"),
     KeyM: () => tools.choose(tools.tool === "mark" ? "look" : "mark"),
+    KeyV: () => media.toggleMicrophone(),
     KeyP: () => tools.pointByKey(true),
     Escape: () => tools.choose("look"),
   };
@@ -235,6 +245,7 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
     if (room.step(now)) changed();
     if (people.step(now, eye, headset.isOn)) changed();
     panel.showAge(now - link.heardAt);
+    media.step(now, room.camera);
     if (xrFrame && headset.isOn) {
       const body = headset.step(xrFrame);
       if (body !== null && now - sent.at > HEADSET_MS && send(body, now)) sent = { at: now, numbers: [] };
@@ -269,7 +280,7 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
 
   // For whoever drives this page: the browser's console, and the program's tests.
   window.live = {
-    room, people, board, surfaces, tools, headset, control, link, setMode,
+    room, people, board, surfaces, tools, headset, control, link, media, setMode,
     drawn: () => drawn,
     isWhole: () => isLoaded,
     sharpness: () => sharpness.shown,
