@@ -62,7 +62,8 @@ class VoicePacket:
     """A moment of somebody's voice, recorded where the operator has said so.
 
     Attributes:
-        t_ns: when it was heard.
+        t_ns: of the frame with which it entered the session.
+        heard_ns: when it was heard.
         user_id: whose it is.
         seq: counts their moments, of 16 bits.
         time: samples of 48 kHz since some instant of theirs, of 32 bits.
@@ -70,6 +71,7 @@ class VoicePacket:
     """
 
     t_ns: int
+    heard_ns: int
     user_id: str
     seq: int
     time: int

@@ -240,6 +240,17 @@ class Hub:
             self._session.change(person_id, self._clock.now_ns(), is_muted=is_muted)
         self._call_soon(self._wake_all)
 
+    def record_voices(self, *, is_recorded: bool) -> None:
+        """Hand voices to the session, which records them, or no longer; everybody is told."""
+        with self._session.lock:
+            self._session.media.record(is_recorded=is_recorded)
+        self._call_soon(self._wake_all)
+
+    @property
+    def is_voice_recorded(self) -> bool:
+        """Whether voices are handed to the session."""
+        return self._session.media.is_recorded
+
     def remove(self, person_id: str) -> None:
         """Send a person away; their token is worth nothing from then on.
 

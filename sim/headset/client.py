@@ -24,6 +24,7 @@ from sim.headset.connection import (
 from sim.headset.faults import HeadsetFault, HeadsetState, headset_state
 from sim.headset.moves import Moves
 from sim.headset.room_download import RoomDownload
+from sim.headset.speech import NO_SPEECH, Speaking, Speech
 from sim.headset.tally import Tally
 
 RATE_HZ = 72.0
@@ -68,6 +69,7 @@ class ClientPlan:
         rate_hz: bodies a second.
         faults: between the person and the hub.
         draws: whether they draw lines.
+        speech: whether they speak and listen, and how.
     """
 
     address: HubAddress
@@ -76,6 +78,7 @@ class ClientPlan:
     rate_hz: float = RATE_HZ
     faults: tuple[HeadsetFault, ...] = ()
     draws: bool = True
+    speech: Speech = NO_SPEECH
 
 
 class HeadsetClient:
@@ -104,6 +107,7 @@ class HeadsetClient:
         self._rest: asyncio.Task[None] | None = None
         self._joined_ns = 0
         self._seq = 0
+        self._speaking: Speaking | None = None
         self._since_hub_us: tuple[float, float] | None = None
         """Round trip of the fastest ping; this process's clock minus the hub's; microseconds."""
 
@@ -209,6 +213,7 @@ class HeadsetClient:
                 self._ping(connection),
                 self._draw(connection),
                 self._notice_cut(),
+                self._speak(connection),
                 _until(over),
             )
         ]
@@ -225,6 +230,20 @@ class HeadsetClient:
             for work in works:
                 work.cancel()
             await asyncio.gather(*works, return_exceptions=True)
+
+    async def _speak(self, connection: HubConnection) -> str:
+        """Speak and listen, where that is wanted, until the connection ends."""
+        plan = self._plan
+        if not plan.speech.is_on:
+            await asyncio.Event().wait()
+        speaking = Speaking(connection, plan.speech, seed=plan.moves.seed, tally=self._tally)
+        self._speaking = speaking
+        try:
+            await speaking.go_on(lambda: self._faults().shows_body)
+        finally:
+            self._speaking = None
+            await speaking.close()
+        return ""
 
     async def _notice_cut(self) -> str:
         while not self._faults().is_cut:
@@ -283,7 +302,8 @@ class HeadsetClient:
             if message is None:
                 return ""
             if isinstance(message, bytes):
-                self._take_bodies(message)
+                if self._speaking is None or not self._speaking.take_voices(message):
+                    self._take_bodies(message)
             elif message.get("kind") == "bye":
                 return str(message.get("why", "goodbye"))
             else:
@@ -320,6 +340,9 @@ class HeadsetClient:
                 if self._since_hub_us is None or trip_us <= self._since_hub_us[0]:
                     middle_us = 0.5 * (now_us + said["t_us"])
                     self._since_hub_us = (trip_us, middle_us - said["hub_t_us"])
+            case "answer":
+                if self._speaking is not None:
+                    await self._speaking.take_answer(said)
             case "token":
                 self._token = str(said["token"])
             case "done":

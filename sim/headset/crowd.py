@@ -13,6 +13,7 @@ from sim.headset.client import RATE_HZ, ClientPlan, HeadsetClient
 from sim.headset.connection import HubAddress, HubRefusedError
 from sim.headset.faults import HeadsetFault
 from sim.headset.moves import Moves
+from sim.headset.speech import NO_SPEECH, Speech
 from sim.headset.tally import Tally
 
 MAX_CLIENTS = 256
@@ -34,6 +35,7 @@ class CrowdPlan:
         rate_hz: bodies a second of each.
         faults: of each.
         draws: whether they draw lines.
+        speech: how many of them speak, and how.
 
     Raises:
         ValueError: a number is out of range.
@@ -46,6 +48,7 @@ class CrowdPlan:
     rate_hz: float = RATE_HZ
     faults: tuple[HeadsetFault, ...] = ()
     draws: bool = True
+    speech: Speech = NO_SPEECH
 
     def __post_init__(self) -> None:
         if not 1 <= self.clients <= MAX_CLIENTS:
@@ -59,7 +62,9 @@ class CrowdPlan:
         """Return the plan of one of them."""
         name = f"{NAMES[number % len(NAMES)]} {number + 1}"
         moves = Moves(self.seed + number)
-        return ClientPlan(self.address, name, moves, self.rate_hz, self.faults, self.draws)
+        faults, draws = self.faults, self.draws
+        speech = self.speech.of(number)
+        return ClientPlan(self.address, name, moves, self.rate_hz, faults, draws, speech)
 
 
 async def run_crowd(

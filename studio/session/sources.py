@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
-from devices.messages import EncodedFrame, Event, Frame
+from devices.messages import EncodedFrame, Event, Frame, VoicePacket
 from devices.recording import read_recording
 from devices.recording_codec import (
     FrameStamp,
@@ -54,6 +54,7 @@ class SessionInput:
         surfaces: what has become live, moved or been removed since the frame before.
         annotations: lines that have been drawn, have grown or been erased since the frame before.
         gone: avatars that have ended since the frame before.
+        voices: what people have said since then, to be recorded and for nothing else.
     """
 
     frame: Frame
@@ -63,6 +64,7 @@ class SessionInput:
     surfaces: tuple[LiveSurface, ...] = ()
     annotations: tuple[Annotation, ...] = ()
     gone: tuple[AvatarGone, ...] = ()
+    voices: tuple[VoicePacket, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -6,7 +6,12 @@ import asyncio
 from collections.abc import Callable
 from typing import Any, Protocol, cast
 
-from aiortc import RTCConfiguration, RTCPeerConnection, RTCSessionDescription
+from aiortc import (
+    RTCBundlePolicy,
+    RTCConfiguration,
+    RTCPeerConnection,
+    RTCSessionDescription,
+)
 from aiortc.rtcrtptransceiver import RTCRtpTransceiver
 
 from devices.hub.media.floor import PLACES
@@ -15,6 +20,9 @@ from devices.hub.media.signals import VIDEOS
 from devices.hub.media.tracks import VideoTrack, VoiceTrack
 from devices.hub.media.voice_wire import SILENT_DB, Voice, opus_samples
 from devices.hub.wire import WireError
+
+BUNDLED = RTCConfiguration(iceServers=[], bundlePolicy=RTCBundlePolicy.MAX_BUNDLE)
+"""One port for all tracks, and no server that would see addresses."""
 
 ANSWER_S = 5.0
 """Longest time to make an answer; chosen: addresses of this machine alone are looked up."""
@@ -57,7 +65,7 @@ class Peer:
         self.voices = [VoiceTrack() for _ in range(PLACES)]
         self.videos = [VideoTrack() for _ in range(VIDEOS)]
         self._heard, self._wants_whole, self._changed = heard, wants_whole, changed
-        self._connection = RTCPeerConnection(RTCConfiguration(iceServers=[]))
+        self._connection = RTCPeerConnection(BUNDLED)
         self._connection.on("connectionstatechange", self._say_state)
 
     @property

@@ -76,7 +76,7 @@ class SurfaceVideo:
         if is_due or (self._is_whole_wanted and since_ns is not None and since_ns > WHOLE_AFTER_NS):
             frame.pict_type = PictureType.I
             self._is_whole_wanted, self._whole_ns = False, now_ns
-        packets = cast(list[Encoded], cast(Any, self._codec).encode(frame))
+        packets = cast("list[Encoded]", cast(Any, self._codec).encode(frame))
         data = b"".join(bytes(packet) for packet in packets)
         return data, frame.pts, any(packet.is_keyframe for packet in packets)
 

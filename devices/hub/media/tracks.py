@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from fractions import Fraction
+from typing import TypeAlias
 
 from aiortc.mediastreams import MediaStreamError, MediaStreamTrack
 from av import Packet
@@ -24,7 +25,7 @@ GAP = 5 * RATE_HZ
 """Samples that a speaker's time may jump; more and it is another speaker's or device's."""
 
 
-Encoded = Packet[Stream]
+Encoded: TypeAlias = "Packet[Stream]"
 """A packet as the library takes it."""
 
 

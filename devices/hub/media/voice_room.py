@@ -132,6 +132,13 @@ class VoiceRoom:
             Bucket(VOICE_HZ, VOICE_BURST, now_ns=now_ns),
         )
 
+    def record(self, *, is_recorded: bool) -> None:
+        """Begin to keep voices for the recording, or end; everybody is told."""
+        self.is_recorded = is_recorded
+        self._kept.clear()
+        for client in self._clients.values():
+            client.listener.put(_text({"kind": "media", "recorded": is_recorded}))
+
     def leave(self, index: int) -> None:
         """End somebody's media."""
         client = self._clients.pop(index, None)
@@ -294,7 +301,9 @@ class VoiceRoom:
             return False
         if self.is_recorded:
             person_id = speaker.person.person_id
-            self._kept.append(VoicePacket(now_ns, person_id, voice.seq, voice.time, voice.opus))
+            self._kept.append(
+                VoicePacket(now_ns, now_ns, person_id, voice.seq, voice.time, voice.opus)
+            )
         has_news = False
         for client in self._clients.values():
             if client is not speaker and client.way is Way.SOCKET:

@@ -119,6 +119,7 @@ class Entrance:
                 surfaces=(*live.surfaces, *surfaces),
                 annotations=(*live.annotations, *lines),
                 gone=(*live.gone, *gone),
+                voices=tuple(replace(voice, t_ns=t_ns) for voice in arrived.voices),
             ),
         )
 

@@ -17,7 +17,7 @@ const REMEDIES = {
 
 export class Link {
   /** `handlers`, all optional: status({ kind, words, remedy }), and by kind of message: welcome,
-      people, rights, state, log, done, refused, speaking, answer, places, bodies(buffer). */
+      people, rights, state, log, done, refused, speaking, answer, places, media, bodies(buffer). */
   constructor(handlers) {
     this.handlers = handlers;
     this.token = sessionStorage.getItem(TOKEN);

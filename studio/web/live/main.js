@@ -103,6 +103,7 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
       else if (!media.takeVoices(buffer)) people.take(buffer, performance.now());
     },
     speaking: (message) => media.takeSpeaking(message),
+    media: (message) => media.takeMedia(message),
     answer: (message) => media.takeAnswer(message),
     places: (message) => media.takePlaces(message),
     status: (status) => panel.showLink(status, link.latency),

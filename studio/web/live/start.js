@@ -45,7 +45,7 @@ function keepNewest(messages) {
 }
 
 const kinds = ["people", "rights", "state", "log", "done", "refused", "bodies",
-  "speaking", "answer", "places"];
+  "speaking", "answer", "places", "media"];
 const link = new Link({
   ...Object.fromEntries(kinds.map((kind) => [kind, hand(kind)])),
   welcome(message) {

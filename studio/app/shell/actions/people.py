@@ -98,6 +98,15 @@ class GuestActions:
                 choices=lambda: self._each(muted=True),
             ),
             Action(
+                "people.record_voices",
+                "Record what people say",
+                "Live",
+                lambda recorded=None: guests.record_voices(recorded),
+                "off at first; everybody's page says that it is on; again ends it",
+                arguments=("recorded",),
+                available=lambda: guests.is_open,
+            ),
+            Action(
                 "people.remove",
                 "Send a person away",
                 "Live",

@@ -7,7 +7,7 @@ import { canDecode, isVoices, SocketVoice } from "live/media/socket_voice.js";
 import { Speakers } from "live/media/speakers.js";
 
 const LOOK_MS = 250;
-const LATE_MS = 4000; // without a connection for so long, WebRTC is taken for blocked
+const LATE_MS = 8000; // without a connection for so long, WebRTC is taken for blocked
 const BROKEN_MS = 1500; // a connection that stutters for longer is given up
 const WAITS_MS = [5000, 10000, 20000, 40000];
 const byId = (id) => document.getElementById(id);
@@ -44,6 +44,13 @@ export class Media {
     this.#drop();
     byId("recorded").hidden = !this.settings.recorded;
     this.#look(performance.now());
+  }
+
+  /** The studio says whether it records voices. */
+  takeMedia({ recorded }) {
+    this.settings = { ...this.settings, recorded };
+    byId("recorded").hidden = !recorded;
+    this.notice(recorded ? "The studio records voices from now on." : "Voices are no longer recorded.");
   }
 
   rights({ rights, muted }) {
