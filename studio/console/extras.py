@@ -13,11 +13,17 @@ EXTRAS: Mapping[str, tuple[str, ...]] = {
     "networks": ("onnxruntime",),
     "usd": ("pxr",),
     "cluster": ("distributed",),
+    "people-media": ("aiortc", "aioice"),
 }
 """Packages that each extra of `pyproject.toml` brings, as they are imported; without pi-heif, which
 only photos in HEIC miss, who say so themselves."""
 
-NAMES: Mapping[str, str] = {"PySide6": "Qt", "open3d": "Open3D", "pxr": "OpenUSD"}
+NAMES: Mapping[str, str] = {
+    "PySide6": "Qt",
+    "open3d": "Open3D",
+    "pxr": "OpenUSD",
+    "aiortc": "WebRTC",
+}
 """Names of some as people know them."""
 
 
