@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import base64
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,6 +79,27 @@ class VoicePacket:
     seq: int
     time: int
     opus: bytes
+
+    def fields(self) -> dict[str, Any]:
+        """Return all but its time and number, as a recording has them."""
+        opus = base64.b64encode(self.opus).decode("ascii")
+        return {
+            "user_id": self.user_id,
+            "heard_ns": self.heard_ns,
+            "time": self.time,
+            "opus": opus,
+        }
+
+    @staticmethod
+    def from_fields(fields: Mapping[str, Any], *, t_ns: int, seq: int) -> VoicePacket:
+        """Return the moment that a recording has.
+
+        Raises:
+            ValueError, KeyError, TypeError: the fields are not what `fields` returns.
+        """
+        opus = base64.b64decode(fields["opus"], validate=True)
+        heard_ns, time = int(fields["heard_ns"]), int(fields["time"])
+        return VoicePacket(t_ns, heard_ns, str(fields["user_id"]), seq, time, opus)
 
 
 @dataclass(frozen=True, slots=True)

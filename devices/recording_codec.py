@@ -183,7 +183,7 @@ def encode_message(value: RecordedValue) -> Encoded:
             fields = _annotation_fields(line)
         case VoicePacket():
             head = ("/voices", "gaussiannexus.Voice", value.t_ns, value.seq)
-            fields = _voice_fields(value)
+            fields = value.fields()
         case Event():
             head = ("/events", "gaussiannexus.Event", value.t_ns, 0)
             fields = {"source": value.source, "kind": value.kind, "text": value.text}
@@ -209,11 +209,10 @@ def decode_message(encoded: Encoded) -> RecordedValue:
         "gaussiannexus.AvatarGone": _avatar_gone,
         "gaussiannexus.LiveSurface": _surface,
         "gaussiannexus.Annotation": _annotation,
-        "gaussiannexus.Voice": _voice,
+        "gaussiannexus.Voice": lambda e, f: VoicePacket.from_fields(f, t_ns=e.t_ns, seq=e.seq),
         "gaussiannexus.Event": _event,
     }
-    decoder = decoders.get(encoded.schema)
-    if decoder is None:
+    if (decoder := decoders.get(encoded.schema)) is None:
         raise ValueError(f"{encoded.topic}: unknown schema {encoded.schema!r}")
     return decoder(encoded, json.loads(encoded.data))
 
@@ -283,15 +282,6 @@ def _annotation_fields(line: Annotation) -> dict[str, Any]:
         "user_id": line.user_id,
         "points_in_world": np.asarray(line.points_in_world, dtype=np.float64).tolist(),
         "colour": list(line.colour),
-    }
-
-
-def _voice_fields(voice: VoicePacket) -> dict[str, Any]:
-    return {
-        "user_id": voice.user_id,
-        "heard_ns": voice.heard_ns,
-        "time": voice.time,
-        "opus": base64.b64encode(voice.opus).decode("ascii"),
     }
 
 
@@ -404,12 +394,6 @@ def _annotation(encoded: Encoded, fields: dict[str, Any]) -> RecordedAnnotation:
     points = np.array(fields["points_in_world"], dtype=np.float64).reshape(-1, 3)
     line = Annotation(fields["annotation_id"], fields["user_id"], points, (red, green, blue))
     return RecordedAnnotation(encoded.t_ns, line)
-
-
-def _voice(encoded: Encoded, fields: dict[str, Any]) -> VoicePacket:
-    opus = base64.b64decode(fields["opus"], validate=True)
-    heard_ns, time = int(fields["heard_ns"]), int(fields["time"])
-    return VoicePacket(encoded.t_ns, heard_ns, str(fields["user_id"]), encoded.seq, time, opus)
 
 
 def _event(encoded: Encoded, fields: dict[str, Any]) -> Event:

@@ -9,6 +9,8 @@ from contextlib import suppress
 
 from aiohttp import web
 
+from devices.hub.entry.certificates import Certificates
+
 MAX_CONNECTIONS = 256
 """Connections of all kinds; chosen: 32 people, six files at a time each, and room above."""
 
@@ -95,3 +97,11 @@ class Port:
             of_address += isinstance(peer, tuple) and peer[0] == address
         is_own = address.startswith("127.") or address == "::1"
         return is_own or of_address < MAX_FROM_ONE
+
+
+def tls_of(certificates: Certificates) -> ssl.SSLContext:
+    """Return how the port speaks TLS, 1.2 or newer."""
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    context.minimum_version = ssl.TLSVersion.TLSv1_2
+    context.load_cert_chain(certificates.leaf_file)
+    return context

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import logging
-import ssl
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from dataclasses import replace
@@ -25,7 +24,7 @@ from devices.hub.entry.pairing import PairingCodes
 from devices.hub.entry.tokens import Tokens
 from devices.hub.inbox import Avatars
 from devices.hub.media.link import MediaLink, is_available
-from devices.hub.port import Port
+from devices.hub.port import Port, tls_of
 from devices.hub.roles import Person, Role
 from devices.hub.session import Session
 from devices.hub.site import HEADERS, Site, is_loopback
@@ -286,7 +285,7 @@ class Hub:
             site.answer, access_log=None, logger=_silent(), keepalive_timeout=IDLE_S
         )
 
-        tls = None if self._certificates is None else _tls(self._certificates)
+        tls = None if self._certificates is None else tls_of(self._certificates)
         port = Port(server, tls)
         self._port = port.open(self._settings.host, self._settings.port)
         self._loop = loop
@@ -389,13 +388,6 @@ class Hub:
     def _say_defect(self, _loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
         error = context.get("exception")
         self._say(f"people: defect in the hub: {type(error).__name__ if error else 'unknown'}")
-
-
-def _tls(certificates: Certificates) -> ssl.SSLContext:
-    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
-    context.minimum_version = ssl.TLSVersion.TLSv1_2
-    context.load_cert_chain(certificates.leaf_file)
-    return context
 
 
 def _silent() -> logging.Logger:

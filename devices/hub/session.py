@@ -211,8 +211,7 @@ class Session:
 
     def tell_speaking(self, now_ns: int) -> bool:
         """Send who speaks if it has changed; return whether it has."""
-        text = self.media.speaking_news(now_ns)
-        if text is not None:
+        if (text := self.media.speaking_news(now_ns)) is not None:
             self._tell_all(text)
         return text is not None
 

@@ -26,7 +26,7 @@ LOOK_S = 0.1
 
 @dataclass(frozen=True, slots=True)
 class Speech:
-    """Who of a crowd speaks.
+    """Speakers of a crowd.
 
     Attributes:
         speakers: the first so many.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import av
 from aiortc import (
@@ -18,9 +18,6 @@ from aiortc.mediastreams import MediaStreamError, MediaStreamTrack
 
 from devices.hub.media.voice_wire import RATE_HZ
 from sim.headset.voice import MOMENT, MOMENT_S, ToneVoice
-
-if TYPE_CHECKING:
-    from av.stream import Stream
 
 BUNDLED = RTCConfiguration(iceServers=[], bundlePolicy=RTCBundlePolicy.MAX_BUNDLE)
 """One port for all tracks, and no server that would see addresses."""
@@ -45,7 +42,7 @@ class ToneTrack(MediaStreamTrack):
         self._due_s: float | None = None
         self.sent = 0
 
-    async def recv(self) -> av.Packet[Stream]:
+    async def recv(self) -> Any:
         """Return the next packet at its time.
 
         Raises:

@@ -28,7 +28,7 @@ class Floor:
     def __init__(self) -> None:
         self._places: list[_Place | None] = [None] * PLACES
 
-    def take(self, index: int, level_db: int, now_ns: int) -> int | None:
+    def take(self, index: int, *, level_db: int, now_ns: int) -> int | None:
         """Return the place of somebody's moment of voice; None where it is not to be heard.
 
         Args:

@@ -1,4 +1,4 @@
-"""What the hub and its process of media write to each other's pipes: kind, length, bytes."""
+"""Frames of the pipes between the hub and its process of media: kind, length, bytes."""
 
 from __future__ import annotations
 

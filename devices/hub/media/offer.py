@@ -42,11 +42,23 @@ VOICE_LINE = "minptime=10;useinbandfec=1;usedtx=1;maxaveragebitrate=32000"
 """Opus as we ask for it: lost packets are made good, silence costs nothing, 32 kbit/s."""
 
 _MEDIA = re.compile(r"(audio|video) (\d{1,5}) [A-Z/]{1,20}((?: \d{1,3}){1,64})")
+"""A track: its kind, its port, codecs."""
+
 _MAP = re.compile(r"(\d{1,3}) ([A-Za-z0-9-]{1,20})/(\d{4,6})(?:/\d)?")
+"""A codec: number, name, clock."""
+
 _EXTENSION = re.compile(r"(\d{1,2})(?:/[a-z]{1,10})? (\S{1,120})")
+"""An extension: number, name."""
+
 _REPAIR = re.compile(r"(\d{1,3}) apt=(\d{1,3})")
+"""A retransmission: its number, and the codec that it repairs."""
+
 _CANDIDATE = re.compile(r"\S{1,40} 1 udp \d{1,10} \S{1,80} (\d{1,5}) typ host(?: .*)?", re.I)
+"""A port of the device's own, over UDP."""
+
 _SOURCE = re.compile(r"(\d{1,10}) \S.*")
+"""A stream: its number."""
+
 _PATTERNS = MappingProxyType(
     {
         "ice-ufrag": re.compile(r"[A-Za-z0-9+/]{4,256}"),
@@ -55,6 +67,7 @@ _PATTERNS = MappingProxyType(
         "mid": re.compile(r"[A-Za-z0-9_-]{1,16}"),
     }
 )
+"""Texts that are taken over as they are: secrets, fingerprint, names."""
 
 
 class OfferError(ValueError):
@@ -93,7 +106,7 @@ class Track:
 
 @dataclass(frozen=True, slots=True)
 class Offer:
-    """What an offer says.
+    """Everything of an offer that is used.
 
     Attributes:
         user: first half of the browser's secret for addresses.
@@ -139,7 +152,7 @@ def read_offer(text: str) -> Offer:
             elif name == "fingerprint" and not value.lower().startswith("sha-256 "):
                 continue  # the same certificate by another sum
             elif name in _PATTERNS and name != "mid":
-                _keep(common, name, value)
+                _keep(common, name=name, value=value)
             elif tracks:
                 _read_line(tracks[-1], repairs, name=name, value=value)
     if missing := [name for name in ("ice-ufrag", "ice-pwd", "fingerprint") if name not in common]:
@@ -213,7 +226,7 @@ def _track(line: str, number: int) -> Track:
     return Track(found[1], is_offered=found[2] != "0")
 
 
-def _keep(common: dict[str, str], name: str, value: str) -> None:
+def _keep(common: dict[str, str], *, name: str, value: str) -> None:
     if _PATTERNS[name].fullmatch(value) is None:
         raise OfferError(f"offer: {name} cannot be read")
     if common.setdefault(name, value) != value:

@@ -1,4 +1,4 @@
-"""What a live surface shows as VP8, encoded once for everybody who sees it."""
+"""A live surface's pictures as VP8, encoded once for everybody who sees it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ WHOLE_AFTER_NS = 500_000_000
 """Shortest time between two whole pictures: each is ten times the others, and who has lost one
 asks again and again."""
 
-WHOLE_AT_MOST_NS = 10_000_000_000
+MAX_WHOLE_PAUSE_NS = 10_000_000_000
 """Longest time between them, for whoever's request was lost."""
 
 MAX_SIDE_PX = 1024
@@ -72,11 +72,11 @@ class SurfaceVideo:
         frame = av.VideoFrame.from_ndarray(np.asarray(planes, dtype=np.uint8), format="yuv420p")
         frame.pts, frame.time_base = now_ns * 9 // 100_000, VIDEO_BASE
         since_ns = None if self._whole_ns is None else now_ns - self._whole_ns
-        is_due = since_ns is None or since_ns > WHOLE_AT_MOST_NS
+        is_due = since_ns is None or since_ns > MAX_WHOLE_PAUSE_NS
         if is_due or (self._is_whole_wanted and since_ns is not None and since_ns > WHOLE_AFTER_NS):
             frame.pict_type = PictureType.I
             self._is_whole_wanted, self._whole_ns = False, now_ns
-        packets = cast("list[Encoded]", cast(Any, self._codec).encode(frame))
+        packets = cast(list[Encoded], cast(Any, self._codec).encode(frame))
         data = b"".join(bytes(packet) for packet in packets)
         return data, frame.pts, any(packet.is_keyframe for packet in packets)
 

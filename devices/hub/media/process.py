@@ -62,7 +62,7 @@ class MediaProcess:
 
     def hear(self, index: int, voice: Voice) -> None:
         """Send a moment of somebody's voice to everybody else."""
-        place = self._floor.take(index, voice.level_db, time.monotonic_ns())
+        place = self._floor.take(index, level_db=voice.level_db, now_ns=time.monotonic_ns())
         if place is None:
             return
         for peer in self._peers.values():
@@ -109,7 +109,7 @@ class MediaProcess:
             index,
             heard=self._hear_peer,
             wants_whole=self._want_whole,
-            changed=lambda state: self._say_state(index, number, state),
+            changed=lambda state: self._say_state(state, index=index, number=number),
         )
         self._peers[index] = peer
         said: dict[str, Any] = {"say": "answer", "person": index, "number": number}
@@ -131,7 +131,7 @@ class MediaProcess:
             self._send(frames.pack_voice(index, voice))
             self.hear(index, voice)
 
-    def _say_state(self, index: int, number: int, state: str) -> None:
+    def _say_state(self, state: str, *, index: int, number: int) -> None:
         report = {"say": "state", "person": index, "number": number, "state": state}
         self._send(frames.pack_order(report))
         if state == "connected":
@@ -173,9 +173,9 @@ class MediaProcess:
         is_seen = any(peer.is_connected for peer in self._peers.values())
         if is_seen and surface_id not in self._encoding:  # else the next one is newer
             self._encoding.add(surface_id)
-            self._begin(self._encode(surface_id, encoder, jpeg))
+            self._begin(self._encode(surface_id, jpeg, encoder=encoder))
 
-    async def _encode(self, surface_id: str, encoder: SurfaceVideo, jpeg: bytes) -> None:
+    async def _encode(self, surface_id: str, jpeg: bytes, *, encoder: SurfaceVideo) -> None:
         loop = asyncio.get_running_loop()
         try:
             data, pts, is_whole = await loop.run_in_executor(
@@ -197,7 +197,7 @@ class MediaProcess:
 
 
 async def run(
-    source: BufferedIOBase, send: Callable[[bytes], None], addresses: Sequence[str]
+    source: BufferedIOBase, send: Callable[[bytes], None], *, addresses: Sequence[str]
 ) -> None:
     """Serve until the source ends.
 
@@ -246,7 +246,7 @@ def main(addresses: Sequence[str]) -> None:
         out.write(data)
 
     with suppress(KeyboardInterrupt, BrokenPipeError):
-        asyncio.run(run(cast(BufferedIOBase, sys.stdin.buffer), send, addresses))
+        asyncio.run(run(cast(BufferedIOBase, sys.stdin.buffer), send, addresses=addresses))
     os._exit(0)  # threads of the library's may still wait
 
 

@@ -1,4 +1,4 @@
-"""What a client says about its media, checked: an offer of WebRTC, and how it gets what."""
+"""Messages of a client about its media, checked: an offer of WebRTC, and how it gets what."""
 
 from __future__ import annotations
 

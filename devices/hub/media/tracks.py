@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import asyncio
 from fractions import Fraction
-from typing import TypeAlias
+from typing import Any
 
 from aiortc.mediastreams import MediaStreamError, MediaStreamTrack
 from av import Packet
-from av.stream import Stream
 
 from devices.hub.media.voice_wire import RATE_HZ, Voice, opus_samples
 
@@ -25,8 +24,8 @@ GAP = 5 * RATE_HZ
 """Samples that a speaker's time may jump; more and it is another speaker's or device's."""
 
 
-Encoded: TypeAlias = "Packet[Stream]"
-"""A packet as the library takes it."""
+Encoded = Any
+"""A packet as the library takes it; its type is generic in stubs alone."""
 
 
 class OutgoingTrack(MediaStreamTrack):
@@ -63,7 +62,7 @@ class OutgoingTrack(MediaStreamTrack):
         while not self._packets.empty():
             self._packets.get_nowait()
 
-    def _put(self, data: bytes, pts: int, base: Fraction) -> None:
+    def _put(self, data: bytes, *, pts: int, base: Fraction) -> None:
         packet: Encoded = Packet(data)
         packet.pts, packet.time_base = pts, base
         self._packets.put_nowait(packet)
@@ -89,7 +88,7 @@ class VoiceTrack(OutgoingTrack):
         self._pts += ahead
         if self._packets.qsize() >= MAX_VOICES:
             self._packets.get_nowait()
-        self._put(voice.opus, self._pts, VOICE_BASE)
+        self._put(voice.opus, pts=self._pts, base=VOICE_BASE)
 
 
 class VideoTrack(OutgoingTrack):
@@ -109,7 +108,7 @@ class VideoTrack(OutgoingTrack):
         if is_whole:
             self._needs_whole = False
         if not self._needs_whole:
-            self._put(data, pts, VIDEO_BASE)
+            self._put(data, pts=pts, base=VIDEO_BASE)
 
     def begin(self) -> None:
         """Wait for a whole picture: another surface is shown from here on."""

@@ -198,7 +198,7 @@ class VoiceRoom:
         voice = decode_voice(data)
         if self.link is not None and self.link.is_running:
             self.link.send(frames.pack_voice(index, voice))
-        return self._spread(client, voice, now_ns)
+        return self._spread(client, voice, now_ns=now_ns)
 
     def take_frame(self, kind: int, data: bytes, *, now_ns: int) -> bool:
         """Take a frame of the process of WebRTC; return whether connections have news."""
@@ -207,7 +207,7 @@ class VoiceRoom:
             client = self._clients.get(index)
             if client is None or not may_speak(client.person):
                 return False
-            return self._spread(client, voice, now_ns)
+            return self._spread(client, voice, now_ns=now_ns)
         said = frames.read_order(data)
         if said["say"] == "places":
             self._places = _text({"kind": "places", **{k: said[k] for k in ("voices", "videos")}})
@@ -295,9 +295,9 @@ class VoiceRoom:
         if self._places:
             client.listener.put(self._places)
 
-    def _spread(self, speaker: _Client, voice: Voice, now_ns: int) -> bool:
+    def _spread(self, speaker: _Client, voice: Voice, *, now_ns: int) -> bool:
         index = speaker.person.index
-        if self._floor.take(index, voice.level_db, now_ns) is None:
+        if self._floor.take(index, level_db=voice.level_db, now_ns=now_ns) is None:
             return False
         if self.is_recorded:
             person_id = speaker.person.person_id
