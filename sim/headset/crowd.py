@@ -13,6 +13,7 @@ from sim.headset.client import RATE_HZ, ClientPlan, HeadsetClient
 from sim.headset.connection import HubAddress, HubRefusedError
 from sim.headset.faults import HeadsetFault
 from sim.headset.moves import Moves
+from sim.headset.scripted import Script
 from sim.headset.speech import NO_SPEECH, Speech
 from sim.headset.tally import Tally
 
@@ -35,10 +36,11 @@ class CrowdPlan:
         rate_hz: bodies a second of each.
         faults: of each.
         draws: whether they draw lines.
+        scripts: what each does, where a scenario says; else they move by chance.
         speech: how many of them speak, and how.
 
     Raises:
-        ValueError: a number is out of range.
+        ValueError: a number is out of range, or not that of the scripts.
     """
 
     address: HubAddress
@@ -48,6 +50,7 @@ class CrowdPlan:
     rate_hz: float = RATE_HZ
     faults: tuple[HeadsetFault, ...] = ()
     draws: bool = True
+    scripts: tuple[Script, ...] = ()
     speech: Speech = NO_SPEECH
 
     def __post_init__(self) -> None:
@@ -57,14 +60,23 @@ class CrowdPlan:
             raise ValueError(f"seconds {self.seconds:g}: wanted more than 0")
         if not 1.0 <= self.rate_hz <= 120.0:
             raise ValueError(f"rate {self.rate_hz:g} Hz: wanted 1 to 120")
+        if self.scripts and len(self.scripts) != self.clients:
+            raise ValueError(f"clients {self.clients}: the scenario has {len(self.scripts)} people")
 
     def client(self, number: int) -> ClientPlan:
         """Return the plan of one of them."""
         name = f"{NAMES[number % len(NAMES)]} {number + 1}"
-        moves = Moves(self.seed + number)
-        faults, draws = self.faults, self.draws
-        speech = self.speech.of(number)
-        return ClientPlan(self.address, name, moves, self.rate_hz, faults, draws, speech)
+        script = self.scripts[number] if self.scripts else None
+        return ClientPlan(
+            self.address,
+            name if script is None else script.settings.user_id,
+            Moves(self.seed + number),
+            self.rate_hz,
+            self.faults,
+            self.draws,
+            script,
+            speech=self.speech.of(number),
+        )
 
 
 async def run_crowd(
