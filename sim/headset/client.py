@@ -22,7 +22,7 @@ from sim.headset.connection import (
     pair,
 )
 from sim.headset.faults import HeadsetFault, HeadsetState, headset_state
-from sim.headset.moves import Moves
+from sim.headset.moves import Moves, filmed, place_in_film
 from sim.headset.room_download import RoomDownload
 from sim.headset.scripted import Script, ScriptedPerson
 from sim.headset.speech import NO_SPEECH, Speaking, Speech
@@ -30,9 +30,6 @@ from sim.headset.tally import Tally
 
 RATE_HZ = 72.0
 """Bodies a second: the display rate of a Quest 3."""
-
-FILM_S = 5.0
-"""Length of the moves that are made beforehand; played forward and backward."""
 
 RETRY_S = 0.5
 """Time between two attempts to connect, as of the web client."""
@@ -105,7 +102,7 @@ class HeadsetClient:
         self._http, self._plan, self._tally, self._now_ns = http, plan, tally, now_ns
         self._random = np.random.default_rng(plan.moves.seed)
         self._scripted = None if plan.script is None else ScriptedPerson(plan.script)
-        self._film = _film(plan.moves, plan.rate_hz) if self._scripted is None else []
+        self._film = filmed(plan.moves, plan.rate_hz) if self._scripted is None else []
         self._token, self._log_seq = "", 0
         self._room = RoomDownload(http, plan.address)
         self._rest: asyncio.Task[None] | None = None
@@ -281,7 +278,7 @@ class HeadsetClient:
         if self._scripted is not None:
             body = self._scripted.body(self._here_s(), seq=self._seq, t_us=t_us)
             return bytearray(encode_body(body))
-        body = self._film[_place(self._seq, len(self._film))]
+        body = self._film[place_in_film(self._seq, len(self._film))]
         STAMP.pack_into(body, STAMP_AT, self._seq, t_us)
         return body
 
@@ -386,21 +383,6 @@ class HeadsetClient:
 async def _until(over: asyncio.Event) -> str:
     await over.wait()
     return ""
-
-
-def _film(moves: Moves, rate_hz: float) -> list[bytearray]:
-    """Return bodies in bytes for the first seconds of somebody's moves."""
-    count = max(round(FILM_S * rate_hz), 2)
-    return [
-        bytearray(encode_body(moves.body(number / rate_hz, seq=number, t_us=0)))
-        for number in range(count)
-    ]
-
-
-def _place(seq: int, count: int) -> int:
-    """Return the place of a body in a film that is played forward and backward."""
-    at = seq % (2 * count - 2)
-    return min(at, 2 * count - 2 - at)
 
 
 def _line(number: int, points: list[list[float]]) -> dict[str, Any]:

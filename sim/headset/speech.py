@@ -12,13 +12,16 @@ from devices.hub.media.voice_wire import RATE_HZ, VOICES_KIND, encode_voice, unp
 from devices.hub.wire import WireError
 from sim.headset.connection import HubConnection
 from sim.headset.tally import Tally
-from sim.headset.voice import MOMENT_S, ToneVoice
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # who does not speak needs no codec
+    from sim.headset.voice import ToneVoice
     from sim.headset.voice_peer import VoicePeer
 
 MAX_TIME = 0x1_0000_0000
 """Times of voices begin anew after so many samples: a day."""
+
+MOMENT_S = 0.02
+"""Time between two moments of a voice, seconds: as of browsers."""
 
 LOOK_S = 0.1
 """Time between looks at a connection of WebRTC."""
@@ -67,7 +70,7 @@ class Speaking:
         self, connection: HubConnection, speech: Speech, *, seed: int, tally: Tally
     ) -> None:
         self._connection, self._speech, self._tally = connection, speech, tally
-        self._voice = ToneVoice(seed) if speech.speaks else None
+        self._voice = _voice_of(seed) if speech.speaks else None
         self._peer: VoicePeer | None = None
 
     @property
@@ -155,3 +158,9 @@ class Speaking:
 def _now() -> int:
     """Return the time of this process's clock, samples of 48 kHz."""
     return (time.perf_counter_ns() * RATE_HZ // 10**9) % MAX_TIME
+
+
+def _voice_of(seed: int) -> ToneVoice:
+    from sim.headset.voice import ToneVoice
+
+    return ToneVoice(seed)
