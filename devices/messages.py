@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import base64
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,6 +58,48 @@ class EncodedFrame:
     keyframe: bool
     codec: str = "h264"
     begins: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class VoicePacket:
+    """A moment of somebody's voice, recorded where the operator has said so.
+
+    Attributes:
+        t_ns: of the frame with which it entered the session.
+        heard_ns: when it was heard.
+        user_id: whose it is.
+        seq: counts their moments, of 16 bits.
+        time: samples of 48 kHz since some instant of theirs, of 32 bits.
+        opus: one packet of Opus.
+    """
+
+    t_ns: int
+    heard_ns: int
+    user_id: str
+    seq: int
+    time: int
+    opus: bytes
+
+    def fields(self) -> dict[str, Any]:
+        """Return all but its time and number, as a recording has them."""
+        opus = base64.b64encode(self.opus).decode("ascii")
+        return {
+            "user_id": self.user_id,
+            "heard_ns": self.heard_ns,
+            "time": self.time,
+            "opus": opus,
+        }
+
+    @staticmethod
+    def from_fields(fields: Mapping[str, Any], *, t_ns: int, seq: int) -> VoicePacket:
+        """Return the moment that a recording has.
+
+        Raises:
+            ValueError, KeyError, TypeError: the fields are not what `fields` returns.
+        """
+        opus = base64.b64decode(fields["opus"], validate=True)
+        heard_ns, time = int(fields["heard_ns"]), int(fields["time"])
+        return VoicePacket(t_ns, heard_ns, str(fields["user_id"]), seq, time, opus)
 
 
 @dataclass(frozen=True, slots=True)

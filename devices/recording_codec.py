@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from devices.messages import EncodedFrame, Event
+from devices.messages import EncodedFrame, Event, VoicePacket
 from devices.recorded.people import PEOPLE_DECODERS, RecordedOfPeople, people_fields
 from scenes.pose import Pose
 from scenes.state import TrackedObject, TrackState
@@ -81,7 +81,15 @@ class RecordedTruth:
     captured_ns: int | None = None
 
 
-RecordedValue = EncodedFrame | FrameStamp | RecordedTrack | RecordedTruth | RecordedOfPeople | Event
+RecordedValue = (
+    EncodedFrame
+    | FrameStamp
+    | RecordedTrack
+    | RecordedTruth
+    | RecordedOfPeople
+    | VoicePacket
+    | Event
+)
 """Values that a recording holds."""
 
 
@@ -120,6 +128,9 @@ def encode_message(value: RecordedValue) -> Encoded:
         case RecordedTruth():
             head = ("/truth", "gaussiannexus.Truth", value.t_ns, value.seq)
             fields = _truth_fields(value)
+        case VoicePacket():
+            head = ("/voices", "gaussiannexus.Voice", value.t_ns, value.seq)
+            fields = value.fields()
         case Event():
             head = ("/events", "gaussiannexus.Event", value.t_ns, 0)
             fields = {"source": value.source, "kind": value.kind, "text": value.text}
@@ -144,6 +155,7 @@ def decode_message(encoded: Encoded) -> RecordedValue:
         "gaussiannexus.FrameStamp": _stamp,
         "gaussiannexus.TrackedObject": _track,
         "gaussiannexus.Truth": _truth,
+        "gaussiannexus.Voice": lambda e, f: VoicePacket.from_fields(f, t_ns=e.t_ns, seq=e.seq),
         "gaussiannexus.Event": _event,
     }
     if encoded.schema in PEOPLE_DECODERS:

@@ -68,6 +68,14 @@ class Admission:
         guest.oldest_token = number
         return guest
 
+    def is_known(self, token: str, now_ns: int) -> bool:
+        """Return whether a token is good, without using it."""
+        try:
+            self.read(token, now_ns)
+        except Refused:
+            return False
+        return True
+
     def read(self, token: str, now_ns: int) -> tuple[Guest, int]:
         """Return whose token it is, and its number.
 

@@ -86,6 +86,15 @@ class Guest:
     body_ns: int = 0
     faults: int = 0
 
+    @property
+    def called(self) -> str:
+        """Name and id, as a line of the log has them."""
+        return f"{self.person.name} ({self.person.person_id})"
+
+    def measure(self, round_trip_ns: int) -> None:
+        """Note how long a ping and its answer took."""
+        self.person = replace(self.person, latency_ms=round_trip_ns / 1e6)
+
     def is_listed(self, now_ns: int) -> bool:
         """Whether others see them among the people."""
         is_near = self.outbox is not None or now_ns - self.away_since_ns < AWAY_NS
@@ -113,6 +122,14 @@ class Guest:
             is_muted=person.is_muted if is_muted is None else is_muted,
             has_pen=person.has_pen if has_pen is None else has_pen,
         )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Visit:
+    """A person while one connection lasts."""
+
+    guest: Guest
+    outbox: Outbox
 
 
 @dataclass(slots=True)

@@ -152,9 +152,15 @@ class PictureChannel:
         for gone in self._newest.keys() - surfaces:
             del self._newest[gone]
 
-    def next_after(self, counter: int) -> tuple[int, bytes] | None:
-        """Return the number and message of the oldest newer picture; None if there is none."""
-        return min((each for each in self._newest.values() if each[0] > counter), default=None)
+    def next_after(self, counter: int, *, but: Collection[str] = ()) -> tuple[int, bytes] | None:
+        """Return the number and message of the oldest newer picture; None if there is none.
+
+        Args:
+            counter: of the newest one that was sent.
+            but: surfaces of which none is wanted.
+        """
+        wanted = (each for name, each in self._newest.items() if name not in but)
+        return min((each for each in wanted if each[0] > counter), default=None)
 
 
 def _object_text(tracked: TrackedObject) -> str:

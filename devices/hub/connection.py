@@ -11,11 +11,13 @@ from aiohttp import WSCloseCode, WSMessage, WSMsgType, web
 
 from devices.clock import Clock
 from devices.hub.admission import Refused
+from devices.hub.attendance import Visit
 from devices.hub.channels import to_text
 from devices.hub.fields import MessageError
+from devices.hub.media.voice_wire import VOICE_KIND
 from devices.hub.messages import MAX_TEXT_BYTES, Hello, OpError, read_message
 from devices.hub.outbox import Outbox
-from devices.hub.session import Session, Visit
+from devices.hub.session import Session
 
 HELLO_S = 10.0
 """Time for the first message; chosen: a phone on a bad network."""
@@ -31,6 +33,9 @@ STUCK_NS = 10 * 10**9
 
 MAX_WAITING_BYTES = 32 * 1024
 """Bytes that wait below the outbox, where nothing newer can replace them: 50 ms at 5 Mbit/s."""
+
+_VOICE = bytes([VOICE_KIND])
+"""Second byte of a moment of voice."""
 
 _STAMP = struct.Struct("<Q")
 """Content of a ping: session time."""
@@ -140,7 +145,12 @@ class Connection:
     def _hear(self, visit: Visit, message: WSMessage) -> None:
         now_ns = self._heard_ns
         session = self._session
-        if message.type is WSMsgType.BINARY:
+        if message.type is WSMsgType.BINARY and message.data[1:2] == _VOICE:
+            with session.lock:
+                is_news = session.hear_voice(visit, message.data, now_ns=now_ns)
+            if is_news or visit.outbox.is_ending:
+                self._wake_all()
+        elif message.type is WSMsgType.BINARY:
             with session.lock:
                 is_news = session.see_body(visit, message.data, now_ns=now_ns)
             if is_news:
@@ -163,7 +173,7 @@ class Connection:
             sent_ns: int = _STAMP.unpack(message.data)[0]
             if sent_ns == self._pinged_ns:
                 with session.lock:
-                    session.measure(visit.guest, now_ns - sent_ns)
+                    visit.guest.measure(now_ns - sent_ns)
 
     async def _send_all(self, outbox: Outbox) -> None:
         """Send what waits; wait; again, until the outbox has ended or the client is gone."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from devices.hub.roles import Role
+from devices.messages import VoicePacket
 from scenes.state import Annotation, Avatar, LiveSurface, Placed
 
 
@@ -37,6 +38,8 @@ class HubSettings:
             plain HTTP, which is allowed on the loopback alone.
         max_people: more are refused, as the room is full.
         names: further host names under which browsers reach this machine.
+        is_voice_recorded: whether voices are handed to the session, which records them; everybody
+            is told.
     """
 
     host: str = "127.0.0.1"
@@ -44,6 +47,7 @@ class HubSettings:
     certificate_folder: Path | None = None
     max_people: int = 32
     names: tuple[str, ...] = ()
+    is_voice_recorded: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +70,7 @@ class Arrived:
         surfaces: made or moved since then; one without corners, (0, 3), is removed.
         placed: primitives and proposals, likewise; see `scenes.state.is_there`.
         events: (kind, text) of who came, left, was refused.
+        voices: what was heard; none unless it is recorded.
     """
 
     avatars: tuple[Avatar, ...] = ()
@@ -73,6 +78,7 @@ class Arrived:
     surfaces: tuple[LiveSurface, ...] = ()
     placed: tuple[Placed, ...] = ()
     events: tuple[tuple[str, str], ...] = ()
+    voices: tuple[VoicePacket, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,6 +13,8 @@ from devices.hub.fields import (
     read_object,
     read_text,
 )
+from devices.hub.media.offer import OfferError
+from devices.hub.media.signals import MediaSignal, OfferSignal, read_signal
 from devices.hub.roles import Op
 from devices.hub.things.drawn import Drawn
 from devices.hub.things.reading import read_drawn
@@ -77,7 +79,7 @@ class Do:
     drag: str | int | None = None
 
 
-Message = Hello | Seen | Ping | Do
+Message = Hello | Seen | Ping | Do | OfferSignal | MediaSignal
 """Texts that a client may send."""
 
 
@@ -105,7 +107,10 @@ def read_message(text: str) -> Message | None:
         return _read_do(fields)
     if not isinstance(kind, str):
         raise MessageError("kind: wanted a text")
-    return None
+    try:
+        return read_signal(fields)
+    except OfferError as error:
+        raise MessageError(str(error)) from None
 
 
 def clean_name(value: object) -> str:

@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from devices.hub.channels import BodyChannel, PictureChannel, StateChannel, to_text
+from devices.hub.media.voice_room import new_voices, take_voices
+from devices.hub.media.voice_wire import Voice
 from devices.hub.wire import join_items
 
 MAX_TEXTS = 1000
@@ -42,6 +44,8 @@ class Outbox:
         is_overfull: whether texts were lost because the client is too slow.
         token_number: of the token in the welcome.
         next_body_ns: session time from which bodies may be sent again.
+        voices: index of a person and a moment of their voice, for whoever listens over this.
+        video_ids: surfaces that come as video, of which no pictures are sent.
     """
 
     index: int
@@ -50,6 +54,8 @@ class Outbox:
     is_overfull: bool = False
     token_number: int = 0
     next_body_ns: int = 0
+    voices: deque[tuple[int, Voice]] = field(default_factory=new_voices)
+    video_ids: frozenset[str] = frozenset()
     _first: deque[str] = field(default_factory=deque[str])
     _texts: deque[str] = field(default_factory=deque[str])
     _text_bytes: int = 0
@@ -141,6 +147,8 @@ class Outbox:
             return text
         if self.is_ending:
             return None
+        if self.voices:
+            return take_voices(self.voices)
         if bodies.counter > self._sent_bodies and now_ns >= self.next_body_ns:
             bundle = self._bundle(bodies)
             if bundle is not None:
@@ -159,7 +167,7 @@ class Outbox:
         return None
 
     def _picture(self, pictures: PictureChannel) -> bytes | None:
-        found = pictures.next_after(self._sent_pictures)
+        found = pictures.next_after(self._sent_pictures, but=self.video_ids)
         if found is None:
             return None
         self._sent_pictures, message = found

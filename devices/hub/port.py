@@ -5,9 +5,13 @@ from __future__ import annotations
 import asyncio
 import socket
 import ssl
+from collections.abc import Iterable
 from contextlib import suppress
 
 from aiohttp import web
+
+from devices.hub.contract import HubSettings
+from devices.hub.entry.certificates import Certificates, host_names, lan_addresses
 
 MAX_CONNECTIONS = 256
 """Connections of all kinds; chosen: 32 people, six files at a time each, and room above."""
@@ -20,6 +24,22 @@ HANDSHAKE_S = 10.0
 
 RETRY_S = 0.1
 """Pause where the system has no descriptor left for another connection."""
+
+EVERYWHERE = ("0.0.0.0", "::", "")
+"""Hosts that stand for all of this machine's addresses."""
+
+
+def own_names(settings: HubSettings, addresses: Iterable[str]) -> frozenset[str]:
+    """Return the names by which a hub is reached: addresses, this machine's, those it is given."""
+    names = (*addresses, *host_names(), *settings.names, settings.host)
+    return frozenset(name.lower() for name in names if name not in EVERYWHERE)
+
+
+def address_of(settings: HubSettings, port: int) -> str:
+    """Return the page's address, with the machine's own where it is open to the network."""
+    scheme = "http" if settings.certificate_folder is None else "https"
+    host = lan_addresses()[0] if settings.host in EVERYWHERE else settings.host
+    return f"{scheme}://{f'[{host}]' if ':' in host else host}:{port}/"
 
 
 class Port:
@@ -95,3 +115,11 @@ class Port:
             of_address += isinstance(peer, tuple) and peer[0] == address
         is_own = address.startswith("127.") or address == "::1"
         return is_own or of_address < MAX_FROM_ONE
+
+
+def tls_of(certificates: Certificates) -> ssl.SSLContext:
+    """Return how the port speaks TLS, 1.2 or newer."""
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    context.minimum_version = ssl.TLSVersion.TLSv1_2
+    context.load_cert_chain(certificates.leaf_file)
+    return context

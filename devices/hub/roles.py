@@ -34,6 +34,12 @@ RIGHTS: Mapping[Role, frozenset[Op]] = {
 }
 """Operations that each role may ask for; what only the operator may do is no message at all."""
 
+SPEAKERS = frozenset({Role.LOCAL, Role.REMOTE, Role.OPERATOR})
+"""Roles whose voice is heard; a spectator listens."""
+
+SPEAK = "speak"
+"""Right to be heard, as it is named beside those of operations."""
+
 
 @dataclass(frozen=True, slots=True)
 class Person:
@@ -48,6 +54,8 @@ class Person:
         is_connected: false while a connection that broke may come back.
         latency_ms: round trip of the newest ping; None before the first.
         has_pen: whether they alone may draw: the operator has given them the pen.
+        has_microphone: whether theirs is on.
+        is_speaking: whether they are heard.
     """
 
     person_id: str
@@ -58,3 +66,10 @@ class Person:
     is_connected: bool = True
     latency_ms: float | None = None
     has_pen: bool = False
+    has_microphone: bool = False
+    is_speaking: bool = False
+
+
+def may_speak(person: Person) -> bool:
+    """Return whether somebody's voice is heard: their role lets them, and they are not muted."""
+    return person.role in SPEAKERS and not person.is_muted

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import logging
-import ssl
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from dataclasses import replace
@@ -16,16 +15,13 @@ from devices.clock import Clock
 from devices.hub.connection import Connection
 from devices.hub.contract import Arrived, Asset, HubCounts, HubSettings, Invitation
 from devices.hub.elsewhere import Elsewhere
-from devices.hub.entry.certificates import (
-    Certificates,
-    host_names,
-    keep_certificates,
-    lan_addresses,
-)
+from devices.hub.entry.certificates import Certificates, keep_certificates, lan_addresses
 from devices.hub.entry.pairing import PairingCodes
 from devices.hub.entry.tokens import Tokens
 from devices.hub.inbox import Avatars
-from devices.hub.port import Port
+from devices.hub.media.link import MediaLink, is_available
+from devices.hub.media.voice_room import link_to
+from devices.hub.port import Port, address_of, own_names, tls_of
 from devices.hub.roles import Person, Role
 from devices.hub.session import Session
 from devices.hub.site import HEADERS, Site, is_loopback
@@ -51,9 +47,6 @@ a sixth of the tracker's period at most; while nobody is, it only keeps the newe
 
 IDLE_S = 15.0
 """Time that a connection may be idle before and between requests."""
-
-EVERYWHERE = ("0.0.0.0", "::", "")
-"""Hosts that stand for all of this machine's addresses."""
 
 
 class Hub:
@@ -93,7 +86,9 @@ class Hub:
             tokens=tokens or Tokens(),
             say=say,
             now_ns=clock.now_ns(),
+            is_voice_recorded=settings.is_voice_recorded,
         )
+        self._media: MediaLink | None = None
         self._certificates: Certificates | None = None
         self._task: Task[None] | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -114,14 +109,20 @@ class Hub:
         if self._task is not None:
             raise RuntimeError("hub: start() was called before")
         addresses = lan_addresses()
-        self._names = frozenset(
-            name.lower()
-            for name in (*addresses, *host_names(), *self._settings.names, self._settings.host)
-            if name not in EVERYWHERE
-        )
+        self._names = own_names(self._settings, addresses)
         if self._settings.certificate_folder is not None:
             self._certificates = keep_certificates(
                 self._settings.certificate_folder, names=tuple(sorted(self._names))
+            )
+        if is_available():
+            reach = ("127.0.0.1",) if is_loopback(self._settings.host) else addresses
+            self._media = link_to(
+                self._session.media,
+                reach,
+                lock=self._session.lock,
+                now_ns=self._clock.now_ns,
+                say=self._say,
+                wake=lambda: self._call_soon(self._wake_all),
             )
         listening: Future[int] = Future()
 
@@ -147,17 +148,14 @@ class Hub:
         if task is None or loop is None or ending is None:
             return
         self._call_soon(ending.set)
+        if self._media is not None:
+            self._media.close()
         task.join(CLOSE_S)
 
     @property
     def url(self) -> str:
         """Address of the page, with the machine's own address where it is open to the network."""
-        scheme = "http" if self._settings.certificate_folder is None else "https"
-        host = self._settings.host
-        if host in EVERYWHERE:
-            host = lan_addresses()[0]
-        host = f"[{host}]" if ":" in host else host
-        return f"{scheme}://{host}:{self._port}/"
+        return address_of(self._settings, self._port)
 
     @property
     def port(self) -> int:
@@ -190,6 +188,7 @@ class Hub:
         message = pack_picture(surface_id, jpeg)
         with self._session.lock:
             self._session.pictures.put(surface_id, message)
+            self._session.media.show(surface_id, jpeg)
         self._call_soon(self._wake_all)
 
     def take(self) -> Arrived:
@@ -257,6 +256,17 @@ class Hub:
             self._session.give_pen(person_id, self._clock.now_ns())
         self._call_soon(self._wake_all)
 
+    def record_voices(self, *, is_recorded: bool) -> None:
+        """Hand voices to the session, which records them, or no longer; everybody is told."""
+        with self._session.lock:
+            self._session.media.record(is_recorded=is_recorded)
+        self._call_soon(self._wake_all)
+
+    @property
+    def is_voice_recorded(self) -> bool:
+        """Whether voices are handed to the session."""
+        return self._session.media.is_recorded
+
     def remove(self, person_id: str) -> None:
         """Send a person away; their token is worth nothing from then on.
 
@@ -278,21 +288,21 @@ class Hub:
         loop = asyncio.get_running_loop()
         loop.set_exception_handler(self._say_defect)
         self._ending = asyncio.Event()
-        root_pem = None if self._certificates is None else self._certificates.root_pem
         site = Site(
             self._session,
             self._assets,
             clock=self._clock,
             is_own_host=lambda host: is_loopback(host) or host in self._names,
             talk=self._talk,
-            root_pem=root_pem,
+            root_pem=self.root_pem,
             say=self._say,
         )
-        server = web.Server(
-            site.answer, access_log=None, logger=_silent(), keepalive_timeout=IDLE_S
-        )
+        # Messages of strangers are no lines of a log.
+        silent = logging.Logger("hub")
+        silent.disabled = True
+        server = web.Server(site.answer, access_log=None, logger=silent, keepalive_timeout=IDLE_S)
 
-        tls = None if self._certificates is None else _tls(self._certificates)
+        tls = None if self._certificates is None else tls_of(self._certificates)
         port = Port(server, tls)
         self._port = port.open(self._settings.host, self._settings.port)
         self._loop = loop
@@ -339,6 +349,7 @@ class Hub:
     async def _look_for_states(self) -> None:
         while True:
             self._try(self._publish)
+            self._try(self._look_at_voices)
             await asyncio.sleep(LOOK_S if self._connections else IDLE_LOOK_S)
 
     async def _talk(self, request: web.BaseRequest, address: str) -> web.StreamResponse:
@@ -360,6 +371,12 @@ class Hub:
             self._session.publish(state)
         self._wake_all()
 
+    def _look_at_voices(self) -> None:
+        with self._session.lock:
+            has_changed = self._session.tell_speaking(self._clock.now_ns())
+        if has_changed:
+            self._wake_all()
+
     def _wake_all(self) -> None:
         for connection in self._connections:
             connection.wake()
@@ -380,17 +397,3 @@ class Hub:
     def _say_defect(self, _loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
         error = context.get("exception")
         self._say(f"people: defect in the hub: {type(error).__name__ if error else 'unknown'}")
-
-
-def _tls(certificates: Certificates) -> ssl.SSLContext:
-    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
-    context.minimum_version = ssl.TLSVersion.TLSv1_2
-    context.load_cert_chain(certificates.leaf_file)
-    return context
-
-
-def _silent() -> logging.Logger:
-    """Return a logger that drops everything: messages of strangers are no lines of a log."""
-    logger = logging.Logger("hub")
-    logger.disabled = True
-    return logger

@@ -8,11 +8,11 @@ from __future__ import annotations
 import threading
 from collections import Counter
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 from devices.hub.admission import Admission, Refused
-from devices.hub.attendance import Attendance, Guest
+from devices.hub.attendance import Attendance, Guest, Visit
 from devices.hub.channels import (
     BodyChannel,
     LogChannel,
@@ -23,13 +23,16 @@ from devices.hub.channels import (
 from devices.hub.contract import Arrived
 from devices.hub.elsewhere import Elsewhere, Others
 from devices.hub.entry.pairing import PairingCodes, PairingRefused
-from devices.hub.entry.rates import Bucket
+from devices.hub.entry.rates import refusal_lines
 from devices.hub.entry.tokens import Tokens
 from devices.hub.fields import MessageError
 from devices.hub.inbox import Inbox
+from devices.hub.media.signals import MediaSignal, OfferSignal
+from devices.hub.media.voice_room import VoiceRoom
 from devices.hub.messages import Do, Hello, OpError, Ping, Seen, read_message
 from devices.hub.outbox import Outbox, Sent
 from devices.hub.roles import Person, Role
+from devices.hub.telling import people_of, rights_of, rights_text, whole_text
 from devices.hub.things.board import Board
 from devices.hub.things.drawn import drawn_by_room
 from devices.hub.things.pen import Pen, can_hold_pen
@@ -45,17 +48,6 @@ RENEW_NS = 5 * 60 * 10**9
 SHOWN_NS = 2 * 10**9
 """Age of a body at which a person is hidden, two seconds."""
 
-SAY_HZ, SAY_BURST = 2.0, 30.0
-"""Lines about refusals in the log: an attack does not fill it; counts go on."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Visit:
-    """A person while one connection lasts."""
-
-    guest: Guest
-    outbox: Outbox
-
 
 class Session:
     """Everything that is shared.
@@ -66,6 +58,7 @@ class Session:
         tokens: ways back in.
         say: takes a line for the log.
         now_ns: session time of its beginning.
+        is_voice_recorded: whether voices are kept for the session's recording.
     """
 
     def __init__(
@@ -76,18 +69,20 @@ class Session:
         tokens: Tokens,
         say: Callable[[str], None],
         now_ns: int,
+        is_voice_recorded: bool = False,
     ) -> None:
         self.lock = threading.RLock()
         self.codes = codes
         self.states, self.log, self.bodies = StateChannel(), LogChannel(), BodyChannel()
         self.pictures = PictureChannel()
         self.sent, self.refused = Sent(), Counter[str]()
+        self.media = VoiceRoom(None, is_voice_recorded, lambda kind: self.refused.update((kind,)))
         self._say = say
         self._attendance, self._board, self._inbox = Attendance(), Board(), Inbox()
         self._others = Others()
         self._door = Admission(self._attendance, codes, tokens, max_people)
         self._state, self._pen = SceneState(), Pen()
-        self._lines_of_refusals = Bucket(SAY_HZ, SAY_BURST, now_ns=now_ns)
+        self._lines_of_refusals = refusal_lines(now_ns)
 
     def pair(self, code: str, *, name: str, address: str, now_ns: int) -> str:
         """Return a token for a code, which is used up.
@@ -101,16 +96,12 @@ class Session:
         except (PairingRefused, Refused) as error:
             self.refuse(f"{address}: {error}", kind=error.kind, now_ns=now_ns)
             raise
-        self._note("paired", f"{self._called(guest)} has paired as {guest.person.role}")
+        self._note("paired", f"{guest.called} has paired as {guest.person.role}")
         return self._door.new_token(guest, now_ns)
 
     def is_known(self, token: str, now_ns: int) -> bool:
         """Return whether a token is good, without using it."""
-        try:
-            self._door.read(token, now_ns)
-        except Refused:
-            return False
-        return True
+        return self._door.is_known(token, now_ns)
 
     def enter(self, hello: Hello, *, address: str, now_ns: int) -> Visit:
         """Let somebody in whose token is good; the welcome waits in their outbox.
@@ -131,28 +122,30 @@ class Session:
         guest.outbox, guest.has_joined, guest.is_gone = outbox, True, False
         name = guest.person.name if hello.name is None else hello.name
         guest.person = replace(guest.person, name=name, is_connected=True)
+        self.media.enter(guest.person, outbox, address=address, now_ns=now_ns)
         self._welcome(visit, hello, now_ns=now_ns)
         self._tell_people(now_ns)
         how = f"{'is back' if is_back else 'joined'} as {guest.person.role}"
-        self._note("joined", f"{self._called(guest)} {how}")
+        self._note("joined", f"{guest.called} {how}")
         return visit
 
     def leave(self, visit: Visit, now_ns: int) -> None:
         """Note that a connection has ended."""
-        guest, outbox = visit.guest, visit.outbox
-        if guest.outbox is not outbox:
+        guest = visit.guest
+        if guest.outbox is not visit.outbox:
             return
         guest.outbox, guest.away_since_ns = None, now_ns
         guest.person = replace(guest.person, is_connected=False, latency_ms=None)
         self.bodies.drop(guest.person.index)
-        self._note("away", f"{self._called(guest)} has lost the connection")
+        self.media.leave(guest.person.index)
+        self._note("away", f"{guest.called} has lost the connection")
 
     def hear(self, visit: Visit, text: str, *, now_ns: int) -> bool:
         """Take a text from somebody; return whether the others get something of it."""
         guest, outbox = visit.guest, visit.outbox
         limits = guest.limits
         if not (limits.texts.take(now_ns) and limits.text_bytes.take(now_ns, float(len(text)))):
-            self.refuse(f"{self._called(guest)} sends too much", kind="rate", now_ns=now_ns)
+            self.refuse(f"{guest.called} sends too much", kind="rate", now_ns=now_ns)
             outbox.end("you send too much")
             return False
         try:
@@ -166,8 +159,12 @@ class Session:
             elif isinstance(message, Do):
                 self._do(visit, message, now_ns=now_ns)
                 return True
+            elif isinstance(message, (OfferSignal, MediaSignal)):
+                is_news = self.media.take_signal(guest.person.index, message, now_ns=now_ns)
+                self._tell_people(now_ns)
+                return is_news
         except OpError as error:
-            self.refuse(f"{self._called(guest)}: {error}", kind="op", now_ns=now_ns)
+            self.refuse(f"{guest.called}: {error}", kind="op", now_ns=now_ns)
             outbox.put(to_text({"kind": "refused", "id": error.op_id, "why": str(error)}))
         except MessageError as error:
             self.fault(visit, str(error), now_ns=now_ns)
@@ -193,11 +190,25 @@ class Session:
         self.bodies.put(guest.person.index, data)
         return True
 
+    def hear_voice(self, visit: Visit, data: bytes, *, now_ns: int) -> bool:
+        """Take a moment of somebody's voice; return whether others get it over a WebSocket."""
+        try:
+            return self.media.hear(visit.guest.person.index, data, now_ns=now_ns)
+        except WireError as error:
+            self.fault(visit, str(error), now_ns=now_ns)
+            return False
+
+    def tell_speaking(self, now_ns: int) -> bool:
+        """Send who speaks if it has changed; return whether it has."""
+        if (text := self.media.speaking_news(now_ns)) is not None:
+            self._tell_all(text)
+        return text is not None
+
     def fault(self, visit: Visit, why: str, *, now_ns: int) -> None:
         """Count a message that cannot be read; too many end the connection."""
         guest, outbox = visit.guest, visit.outbox
         guest.faults += 1
-        self.refuse(f"{self._called(guest)}: {why}", kind="message", now_ns=now_ns)
+        self.refuse(f"{guest.called}: {why}", kind="message", now_ns=now_ns)
         if guest.faults > MAX_FAULTS:
             guest.faults = 0
             outbox.end(f"your messages cannot be read: {why}")
@@ -210,12 +221,13 @@ class Session:
                 self._tell_all(self.log.add(drawn.entry()))
         self.states.take(state)
         self.pictures.keep(state.surfaces.keys())
+        self.media.keep_surfaces(state.surfaces.keys())
 
     def tick(self, now_ns: int) -> None:
         """Do what is due: fresh tokens, and whoever was away too long is gone."""
         for guest in self._attendance.note_left(now_ns):
             self._take_pen(guest, now_ns)
-            self._note("left", f"{self._called(guest)} has left")
+            self._note("left", f"{guest.called} has left")
         for guest in self._attendance.forget_old(now_ns):
             self._board.forget(guest.person.person_id)
         for guest, outbox in self._attendance.connected():
@@ -225,7 +237,7 @@ class Session:
 
     def people(self, now_ns: int) -> tuple[Person, ...]:
         """Return who is here, and who may come back."""
-        return tuple(guest.person for guest in self._attendance.listed(now_ns))
+        return tuple(self.media.seen(guest.person) for guest in self._attendance.listed(now_ns))
 
     def meet(self, others: Iterable[Elsewhere], now_ns: int) -> None:
         """Show people of other hubs: these, and nobody else."""
@@ -234,7 +246,7 @@ class Session:
 
     def take(self) -> Arrived:
         """Return what people have sent since the last call, without their bodies."""
-        return self._inbox.take()
+        return replace(self._inbox.take(), voices=self.media.take_recorded())
 
     def shown(self, now_ns: int) -> list[tuple[Person, bytes]]:
         """Return everybody who shows a body, and the newest of each."""
@@ -260,6 +272,7 @@ class Session:
         guest = self._find(person_id)
         guest.change(role=role, is_muted=is_muted)
         person = guest.person
+        self.media.change(person)
         if person.is_muted:
             guest.body = b""
             self.bodies.drop(person.index)
@@ -268,7 +281,7 @@ class Session:
         self._tell_rights(guest)
         self._tell_people(now_ns)
         muted = ", muted" if person.is_muted else ""
-        self._note("changed", f"{self._called(guest)} is {person.role}{muted}")
+        self._note("changed", f"{guest.called} is {person.role}{muted}")
 
     def give_pen(self, person_id: str | None, now_ns: int) -> None:
         """Let one person alone draw, or everybody again; all are sent their rights.
@@ -285,7 +298,7 @@ class Session:
             guest.change(has_pen=guest.person.person_id == person_id)
             self._tell_rights(guest)
         self._tell_people(now_ns)
-        self._note("changed", f"{self._called(found) if found else 'everybody'} has the pen")
+        self._note("changed", f"{found.called if found else 'everybody'} has the pen")
 
     def _take_pen(self, guest: Guest, now_ns: int) -> None:
         """Let everybody draw again if somebody had the pen."""
@@ -303,19 +316,16 @@ class Session:
         self._attendance.remove(person_id)
         self._board.forget(person_id)
         self.bodies.drop(guest.person.index)
+        self.media.leave(guest.person.index)
         if guest.outbox is not None:
             guest.outbox.end("the operator has removed you")
         self._tell_people(now_ns)
-        self._note("removed", f"{self._called(guest)} was removed")
+        self._note("removed", f"{guest.called} was removed")
 
     def end(self) -> None:
         """Say goodbye to everybody."""
         for _guest, outbox in self._attendance.connected():
             outbox.end("the session is over")
-
-    def measure(self, guest: Guest, round_trip_ns: int) -> None:
-        """Note how long a ping and its answer took."""
-        guest.person = replace(guest.person, latency_ms=round_trip_ns / 1e6)
 
     def refuse(self, text: str, *, kind: str, now_ns: int) -> None:
         """Count a refusal, and say so unless there are too many."""
@@ -327,11 +337,6 @@ class Session:
         guest, outbox = visit.guest, visit.outbox
         person = guest.person
         entries = None if hello.log_seq is None else self.log.since(hello.log_seq)
-        states = self.states
-        state = (
-            f'{{"version":{states.version},"t_us":{states.t_us},"objects":{states.whole()},'
-            f"{to_text(self._board.whole())[1:]}"
-        )
         fields: dict[str, Any] = {
             "kind": "welcome",
             "you": person.person_id,
@@ -339,14 +344,15 @@ class Session:
             "role": person.role,
             "name": person.name,
             "token": self._door.new_token(guest, now_ns),
-            "rights": self._pen.rights(person),
-            "people": self._list(now_ns),
+            "rights": rights_of(person, self._pen),
+            "media": self.media.welcome(),
+            "people": people_of(self._everybody(now_ns), self._pen),
             "log_seq": self.log.seq if entries is None else hello.log_seq,
             "resumed": entries is not None,
             "t_us": now_ns // 1000,
         }
-        texts = [f'{to_text(fields)[:-1]},"state":{state}}}', *(entries or ())]
-        outbox.begin(texts, version=states.version, token_number=guest.newest_token)
+        texts = [whole_text(fields, self.states, self._board), *(entries or ())]
+        outbox.begin(texts, version=self.states.version, token_number=guest.newest_token)
 
     def _do(self, visit: Visit, do: Do, *, now_ns: int) -> None:
         guest, person = visit.guest, visit.guest.person
@@ -366,40 +372,27 @@ class Session:
 
     def _tell_rights(self, guest: Guest) -> None:
         if guest.outbox is not None:
-            person = guest.person
-            told = {"role": person.role, "rights": self._pen.rights(person)}
-            guest.outbox.put(to_text({"kind": "rights", **told, "muted": person.is_muted}))
+            guest.outbox.put(rights_text(guest.person, self._pen))
 
     def _tell_all(self, text: str) -> None:
         for _guest, outbox in self._attendance.connected():
             outbox.put(text)
 
     def _tell_people(self, now_ns: int) -> None:
-        text = to_text({"kind": "people", "people": self._list(now_ns)})
+        people = people_of(self._everybody(now_ns), self._pen)
+        text = to_text({"kind": "people", "people": people})
         for _guest, outbox in self._attendance.connected():
             outbox.put_people(text)
 
-    def _list(self, now_ns: int) -> list[dict[str, Any]]:
-        return [
-            {
-                "id": person.person_id,
-                "index": person.index,
-                "name": person.name,
-                "role": person.role,
-                "muted": person.is_muted,
-                "pen": bool(self._pen.rights(person)),
-            }
-            for person in (*self.people(now_ns), *self._others.people())
-        ]
+    def _everybody(self, now_ns: int) -> tuple[Person, ...]:
+        """Return people of this hub and of others."""
+        return (*self.people(now_ns), *self._others.people())
 
     def _find(self, person_id: str) -> Guest:
         guest = self._attendance.find(person_id)
         if guest is None:
             raise KeyError(f"hub: nobody is {person_id!r}, see people()")
         return guest
-
-    def _called(self, guest: Guest) -> str:
-        return f"{guest.person.name} ({guest.person.person_id})"
 
     def _note(self, kind: str, text: str) -> None:
         self._inbox.note(kind, text)

@@ -75,6 +75,12 @@ SCHEMAS: Mapping[str, Mapping[str, str]] = {
         "points_in_world": "array",
         "colour": "array",
     },
+    "gaussiannexus.Voice": {
+        "user_id": "string",
+        "heard_ns": "integer",
+        "time": "integer",
+        "opus": "string",
+    },
     "gaussiannexus.Event": {"source": "string", "kind": "string", "text": "string"},
 }
 """Fields of every schema and their JSON types."""

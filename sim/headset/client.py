@@ -23,16 +23,14 @@ from sim.headset.connection import (
 )
 from sim.headset.doings import doings
 from sim.headset.faults import HeadsetFault, HeadsetState, headset_state
-from sim.headset.moves import Moves
+from sim.headset.moves import Moves, filmed, place_in_film
 from sim.headset.room_download import RoomDownload
 from sim.headset.scripted import Script, ScriptedPerson
+from sim.headset.speech import NO_SPEECH, Speaking, Speech
 from sim.headset.tally import Tally
 
 RATE_HZ = 72.0
 """Bodies a second: the display rate of a Quest 3."""
-
-FILM_S = 5.0
-"""Length of the moves that are made beforehand; played forward and backward."""
 
 RETRY_S = 0.5
 """Time between two attempts to connect, as of the web client."""
@@ -71,6 +69,7 @@ class ClientPlan:
         faults: between the person and the hub.
         draws: whether they draw, put, propose and carry things.
         script: what they do in place of moves and lines by chance; None for those.
+        speech: whether they speak and listen, and how.
     """
 
     address: HubAddress
@@ -80,6 +79,7 @@ class ClientPlan:
     faults: tuple[HeadsetFault, ...] = ()
     draws: bool = True
     script: Script | None = None
+    speech: Speech = NO_SPEECH
 
 
 class HeadsetClient:
@@ -103,12 +103,13 @@ class HeadsetClient:
         self._http, self._plan, self._tally, self._now_ns = http, plan, tally, now_ns
         self._random = np.random.default_rng(plan.moves.seed)
         self._scripted = None if plan.script is None else ScriptedPerson(plan.script)
-        self._film = _film(plan.moves, plan.rate_hz) if self._scripted is None else []
+        self._film = filmed(plan.moves, plan.rate_hz) if self._scripted is None else []
         self._token, self._log_seq = "", 0
         self._room = RoomDownload(http, plan.address)
         self._rest: asyncio.Task[None] | None = None
         self._joined_ns = 0
         self._seq = 0
+        self._speaking: Speaking | None = None
         self._since_hub_us: tuple[float, float] | None = None
         """Round trip of the fastest ping; this process's clock minus the hub's; microseconds."""
 
@@ -216,6 +217,7 @@ class HeadsetClient:
                 self._ping(connection),
                 self._draw(connection),
                 self._notice_cut(),
+                self._speak(connection),
                 _until(over),
             )
         ]
@@ -232,6 +234,20 @@ class HeadsetClient:
             for work in works:
                 work.cancel()
             await asyncio.gather(*works, return_exceptions=True)
+
+    async def _speak(self, connection: HubConnection) -> str:
+        """Speak and listen, where that is wanted, until the connection ends."""
+        plan = self._plan
+        if not plan.speech.is_on:
+            await asyncio.Event().wait()
+        speaking = Speaking(connection, plan.speech, seed=plan.moves.seed, tally=self._tally)
+        self._speaking = speaking
+        try:
+            await speaking.go_on(lambda: self._faults().shows_body)
+        finally:
+            self._speaking = None
+            await speaking.close()
+        return ""
 
     async def _notice_cut(self) -> str:
         while not self._faults().is_cut:
@@ -263,7 +279,7 @@ class HeadsetClient:
         if self._scripted is not None:
             body = self._scripted.body(self._here_s(), seq=self._seq, t_us=t_us)
             return bytearray(encode_body(body))
-        body = self._film[_place(self._seq, len(self._film))]
+        body = self._film[place_in_film(self._seq, len(self._film))]
         STAMP.pack_into(body, STAMP_AT, self._seq, t_us)
         return body
 
@@ -315,7 +331,8 @@ class HeadsetClient:
             if message is None:
                 return ""
             if isinstance(message, bytes):
-                self._take_bodies(message)
+                if self._speaking is None or not self._speaking.take_voices(message):
+                    self._take_bodies(message)
             elif message.get("kind") == "bye":
                 return str(message.get("why", "goodbye"))
             else:
@@ -354,6 +371,9 @@ class HeadsetClient:
                 if self._since_hub_us is None or trip_us <= self._since_hub_us[0]:
                     middle_us = 0.5 * (now_us + said["t_us"])
                     self._since_hub_us = (trip_us, middle_us - said["hub_t_us"])
+            case "answer":
+                if self._speaking is not None:
+                    await self._speaking.take_answer(said)
             case "token":
                 self._token = str(said["token"])
             case "done":
@@ -367,18 +387,3 @@ class HeadsetClient:
 async def _until(over: asyncio.Event) -> str:
     await over.wait()
     return ""
-
-
-def _film(moves: Moves, rate_hz: float) -> list[bytearray]:
-    """Return bodies in bytes for the first seconds of somebody's moves."""
-    count = max(round(FILM_S * rate_hz), 2)
-    return [
-        bytearray(encode_body(moves.body(number / rate_hz, seq=number, t_us=0)))
-        for number in range(count)
-    ]
-
-
-def _place(seq: int, count: int) -> int:
-    """Return the place of a body in a film that is played forward and backward."""
-    at = seq % (2 * count - 2)
-    return min(at, 2 * count - 2 - at)

@@ -14,6 +14,7 @@ from sim.headset.connection import HubAddress, HubRefusedError
 from sim.headset.faults import HeadsetFault
 from sim.headset.moves import Moves
 from sim.headset.scripted import Script
+from sim.headset.speech import NO_SPEECH, Speech
 from sim.headset.tally import Tally
 
 MAX_CLIENTS = 256
@@ -36,6 +37,7 @@ class CrowdPlan:
         faults: of each.
         draws: whether they draw, put, propose and carry things.
         scripts: what each does, where a scenario says; else they move by chance.
+        speech: how many of them speak, and how.
 
     Raises:
         ValueError: a number is out of range, or not that of the scripts.
@@ -49,6 +51,7 @@ class CrowdPlan:
     faults: tuple[HeadsetFault, ...] = ()
     draws: bool = True
     scripts: tuple[Script, ...] = ()
+    speech: Speech = NO_SPEECH
 
     def __post_init__(self) -> None:
         if not 1 <= self.clients <= MAX_CLIENTS:
@@ -72,6 +75,7 @@ class CrowdPlan:
             self.faults,
             self.draws,
             script,
+            speech=self.speech.of(number),
         )
 
 

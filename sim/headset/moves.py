@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.hub.wire import JOINTS, Body, Controller, Hand
+from devices.hub.wire import JOINTS, Body, Controller, Hand, encode_body
 from scenes.frames import OPENGL_FROM_OPENCV, WORLD_FROM_GLTF, look_at
 from scenes.pose import Pose
 
@@ -65,6 +65,9 @@ THUMB_RAD = math.radians(35.0)
 
 WRIST_RADIUS_M, TIP_RADIUS_M = 0.020, 0.006
 """Radius of the skin at the wrist and at a fingertip."""
+
+FILM_S = 5.0
+"""Length of the moves that are made beforehand; played forward and backward."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -192,3 +195,18 @@ def _in_gltf(world_from_item: Pose) -> Pose:
 
 def _points_in_gltf(in_world: Array) -> Array:
     return WORLD_FROM_GLTF.inverse() @ in_world
+
+
+def filmed(moves: Moves, rate_hz: float) -> list[bytearray]:
+    """Return bodies in bytes for the first seconds of somebody's moves."""
+    count = max(round(FILM_S * rate_hz), 2)
+    return [
+        bytearray(encode_body(moves.body(number / rate_hz, seq=number, t_us=0)))
+        for number in range(count)
+    ]
+
+
+def place_in_film(seq: int, count: int) -> int:
+    """Return the place of a body in a film that is played forward and backward."""
+    at = seq % (2 * count - 2)
+    return min(at, 2 * count - 2 - at)

@@ -19,6 +19,8 @@ class Tally:
         log: entries of what people drew.
         done, refused: answers to operations.
         unreadable: messages that were none.
+        spoken, heard: moments of voice that were sent, and of others that came.
+        voice: delays from a moment's sending to its arrival; over the WebSocket alone.
         connections: welcomes.
         joins_s: from opening the page to the welcome and the thinned room, per person.
         wholes_s: from opening the page to the last file of the room, per person; none without one.
@@ -38,6 +40,9 @@ class Tally:
     done: int = 0
     refused: int = 0
     unreadable: int = 0
+    spoken: int = 0
+    heard: int = 0
+    voice: Delays = field(default_factory=Delays)
     connections: int = 0
     joins_s: list[float] = field(default_factory=list[float])
     wholes_s: list[float] = field(default_factory=list[float])

@@ -14,6 +14,7 @@ EXTRAS: Mapping[str, tuple[str, ...]] = {
     "usd": ("pxr",),
     "cluster": ("distributed",),
     "sites": ("zenoh",),
+    "people-media": ("aiortc", "aioice"),
 }
 """Packages that each extra of `pyproject.toml` brings, as they are imported; without pi-heif, which
 only photos in HEIC miss, who say so themselves."""
@@ -23,6 +24,7 @@ NAMES: Mapping[str, str] = {
     "open3d": "Open3D",
     "pxr": "OpenUSD",
     "zenoh": "Eclipse Zenoh",
+    "aiortc": "WebRTC",
 }
 """Names of some as people know them."""
 

@@ -370,6 +370,8 @@ class Session:
             self._write(recorded_thing(frame.t_ns, thing))
         for gone in live.gone:
             self._write(RecordedAvatarGone(frame.t_ns, gone))
+        for voice in live.voices:
+            self._write(voice)
         if message.truth is not None:
             self._write(message.truth.recorded)
         # A frame may be dropped on its way to the stages, what came with it once may not.

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
-from devices.messages import EncodedFrame, Event, Frame
+from devices.messages import EncodedFrame, Event, Frame, VoicePacket
 from devices.recorded.people import (
     RecordedAnnotation,
     RecordedAvatar,
@@ -55,6 +55,7 @@ class SessionInput:
         annotations: lines that have been drawn, have grown or been erased since the frame before.
         gone: avatars that have ended since the frame before.
         placed: primitives and proposals that have been put, changed or taken away since then.
+        voices: what people have said since then, to be recorded and for nothing else.
     """
 
     frame: Frame
@@ -65,6 +66,7 @@ class SessionInput:
     annotations: tuple[Annotation, ...] = ()
     gone: tuple[AvatarGone, ...] = ()
     placed: tuple[Placed, ...] = ()
+    voices: tuple[VoicePacket, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -29,6 +29,11 @@ def add_people_flags(parser: argparse.ArgumentParser) -> None:
         "--invite", type=int, default=1, metavar="N", help="codes that are made at the start (1)"
     )
     people.add_argument(
+        "--record-voices",
+        action="store_true",
+        help="the recording has what people say, too; their pages say so",
+    )
+    people.add_argument(
         "--clients",
         type=int,
         default=0,
@@ -71,6 +76,7 @@ def hosting_of(args: argparse.Namespace) -> Hosting | None:
         args.people_open,
         invitations,
         max_people=Hosting().max_people + args.clients,
+        is_voice_recorded=args.record_voices,
     )
 
 

@@ -45,6 +45,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seconds", type=float, metavar="S", help="how long (until Ctrl-C)")
     parser.add_argument("--hz", type=float, default=72.0, metavar="F", help="bodies a second (72)")
     parser.add_argument("--seed", type=int, default=0, help="decides everything random")
+    parser.add_argument("--speakers", type=int, default=0, metavar="N", help="so many speak (0)")
+    parser.add_argument("--rtc", action="store_true", help="voices by WebRTC, not the WebSocket")
     parser.add_argument("--no-lines", action="store_true", help="they draw nothing")
     parser.add_argument(
         "--faults",
@@ -99,7 +101,11 @@ def quest_rows(tally: Tally) -> list[Row]:
         Row("quest.unreadable", float(tally.unreadable), ""),
         Row("quest.connections", float(tally.connections), ""),
     ]
-    for name, delays in (("hand_ms", tally.hand), ("state_ms", tally.state)):
+    if tally.spoken or tally.heard:
+        rows.append(Row("quest.spoken", float(tally.spoken), ""))
+        rows.append(Row("quest.heard", float(tally.heard), ""))
+    times = (("hand_ms", tally.hand), ("state_ms", tally.state), ("voice_ms", tally.voice))
+    for name, delays in times:
         for share in (50, 95):
             rows.append(Row(f"quest.{name}.p{share}", delays.percentile(share), "ms"))
     joins = (
@@ -120,6 +126,7 @@ def _plan(args: argparse.Namespace) -> CrowdPlan:
     from sim.headset.crowd import CrowdPlan
     from sim.headset.faults import read_headset_faults
     from sim.headset.scripted import scripts_of
+    from sim.headset.speech import Speech
     from sim.scenarios.scenario import load_scenario
 
     scripts = () if args.scenario is None else scripts_of(load_scenario(args.scenario))
@@ -132,6 +139,7 @@ def _plan(args: argparse.Namespace) -> CrowdPlan:
         read_headset_faults(args.faults),
         not args.no_lines,
         scripts,
+        speech=Speech(args.speakers, args.rtc),
     )
 
 

@@ -10,7 +10,7 @@ from mcap.writer import IndexType, Writer
 
 from devices import recording
 from devices.clock import ManualClock
-from devices.messages import EncodedFrame, Event
+from devices.messages import EncodedFrame, Event, VoicePacket
 from devices.recorded.index import is_whole
 from devices.recorded.people import (
     RecordedAnnotation,
@@ -138,6 +138,7 @@ def messages(seed=0):
             RecordedTruth(
                 seq, t_ns, {"chair-1": pose}, {"chair-1": 1 / 3}, frozenset({"chair-1"}), pose
             ),
+            VoicePacket(t_ns, t_ns + 5, "maya", seq, 960 * seq, bytes(rng.bytes(40))),
         ]
     return out
 

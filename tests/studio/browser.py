@@ -176,13 +176,13 @@ def _pipe() -> tuple[int, int]:
 
 
 @contextmanager
-def opened_browser(profile: Path) -> Iterator[Page]:
-    """A browser with a fresh profile folder; it ends with the block."""
+def opened_browser(profile: Path, *more: str) -> Iterator[Page]:
+    """A browser with a fresh profile folder, and more flags; it ends with the block."""
     program = browser_path()
     assert program is not None
     to_browser, from_us = _pipe()
     from_browser, to_us = _pipe()
-    flags = (*FLAGS, f"--user-data-dir={profile}")
+    flags = (*FLAGS, *more, f"--user-data-dir={profile}")
     process = subprocess.Popen(
         [sys.executable, "-c", WITH_PIPES, str(to_browser), str(to_us), program, *flags],
         pass_fds=(to_browser, to_us),

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+SAY_HZ, SAY_BURST = 2.0, 30.0
+"""Lines about refusals in the log: an attack does not fill it; counts go on."""
+
 
 class Bucket:
     """A bucket that holds at most `burst` tokens and gets `rate_hz` a second.
@@ -26,3 +29,8 @@ class Bucket:
             return False
         self._tokens -= tokens
         return True
+
+
+def refusal_lines(now_ns: int) -> Bucket:
+    """Return a limit of lines about refusals."""
+    return Bucket(SAY_HZ, SAY_BURST, now_ns=now_ns)

@@ -104,9 +104,9 @@ class PersonRow(QFrame):
             self.role.setCurrentIndex(place)
         self.mute.setText("Unmute" if person.is_muted else "Mute")
         self.mute.setToolTip(
-            "let their body and what they do be seen"
+            "let them be seen and heard, and do things"
             if person.is_muted
-            else "refuse their body and what they do"
+            else "refuse their body, their voice and what they do"
         )
         self.look.setEnabled(can_look)
         self.pen.setText("Pen to all" if person.has_pen else "Give the pen")

@@ -31,10 +31,10 @@ STARTS = {
 """Sentences of the states."""
 
 ROLE_HINTS = {
-    "local": "in the room itself: seen, points, draws, puts things, makes surfaces live",
-    "remote": "elsewhere: seen, points, draws, puts things, makes surfaces live",
+    "local": "in the room itself: seen, heard, points, draws, puts things, makes surfaces live",
+    "remote": "elsewhere: seen, heard, points, draws, puts things, makes surfaces live",
     "operator": "as remote; who operates the session does so in this window",
-    "spectator": "looks on: seen, and changes nothing",
+    "spectator": "looks on: seen, hears, and changes nothing",
 }
 """Rights of the roles in a sentence."""
 
@@ -58,13 +58,15 @@ def state_of(person: Person) -> State:
         return State("warning", "away, may come back")
     if person.is_muted:
         return State("calm", "muted")
+    if person.is_speaking:
+        return State("good", "speaks, has the pen" if person.has_pen else "speaks")
     if person.has_pen:
         return State("good", "has the pen")
     if person.latency_ms is None:
         return State("unknown", "just came")
     if person.latency_ms > WORSE_MS:
         return State("warning", "slow connection")
-    return State("good", "here")
+    return State("good", "here, microphone on" if person.has_microphone else "here")
 
 
 def latency_words(person: Person) -> str:

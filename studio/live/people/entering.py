@@ -138,6 +138,7 @@ class Entrance:
                 annotations=(*live.annotations, *lines),
                 gone=(*live.gone, *gone),
                 placed=(*live.placed, *placed),
+                voices=tuple(replace(voice, t_ns=t_ns) for voice in arrived.voices),
             ),
         )
 

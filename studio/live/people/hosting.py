@@ -34,6 +34,7 @@ class Hosting:
         invitations: codes that are made at the start.
         role: of whoever joins with one of them.
         max_people: more are refused, as the room is full.
+        is_voice_recorded: whether the recording has people's voices; everybody is told.
 
     Raises:
         ValueError: a number is out of range.
@@ -44,6 +45,7 @@ class Hosting:
     invitations: int = 1
     role: Role = Role.REMOTE
     max_people: int = 32
+    is_voice_recorded: bool = False
 
     def __post_init__(self) -> None:
         if not 0 <= self.port <= 65535:
@@ -78,6 +80,7 @@ def hosted(
         hosting.port,
         certificate_folder() if hosting.is_open else None,
         hosting.max_people,
+        is_voice_recorded=hosting.is_voice_recorded,
     )
     assets = page_assets(scene, page_folder(scene))
     hub = Hub(settings, assets, clock=clock, say=say, tokens=tokens)

@@ -17,7 +17,7 @@ const REMEDIES = {
 
 export class Link {
   /** `handlers`, all optional: status({ kind, words, remedy }), and by kind of message: welcome,
-      people, rights, state, log, done, refused, bodies(buffer). */
+      people, rights, state, log, done, refused, speaking, answer, places, media, bodies(buffer). */
   constructor(handlers) {
     this.handlers = handlers;
     this.token = sessionStorage.getItem(TOKEN);
@@ -84,6 +84,11 @@ export class Link {
 
   seen(version) {
     this.#send({ kind: "seen", version });
+  }
+
+  /** Sends a message of another kind. */
+  say(message) {
+    this.#send(message);
   }
 
   /** Sends a body unless older bytes still wait; whether it did. */

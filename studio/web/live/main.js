@@ -10,6 +10,7 @@ import { Sharpness } from "shared/sharpness.js";
 import { Board } from "live/board.js";
 import { Headset } from "live/headset.js";
 import { LiveRoom } from "live/live_room.js";
+import { Media } from "live/media/media.js";
 import { Labels, Panel } from "live/panel.js";
 import { People } from "live/people.js";
 import { isPicture, Surfaces } from "live/surfaces.js";
@@ -65,6 +66,7 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
       else notice("They show no body at the moment.");
     },
   });
+  const media = new Media({ link, people, surfaces, panel, room, changed, notice });
   let you = null;
   let isLoaded = false;
   let moving = false;
@@ -84,9 +86,12 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
       surfaces.takeWhole(message.state);
       things.takeWhole(you, message.state);
       take.people(message);
+      media.welcome(message);
       showObjects();
     },
-    rights({ rights }) {
+    rights(message) {
+      const { rights } = message;
+      media.rights(message);
       tools.allow(rights);
       things.rights = rights;
       headset.canDraw = rights.includes("line");
@@ -95,6 +100,7 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
     people({ people: list }) {
       people.setList(list, you);
       panel.showPeople(list, you);
+      media.setList(list);
       const own = list.find((person) => person.id === you);
       if (own) self.setColour(COLOURS[own.index % COLOURS.length]);
       changed();
@@ -119,8 +125,12 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
     },
     bodies: (buffer) => {
       if (isPicture(buffer)) surfaces.takePicture(buffer);
-      else people.take(buffer, performance.now());
+      else if (!media.takeVoices(buffer)) people.take(buffer, performance.now());
     },
+    speaking: (message) => media.takeSpeaking(message),
+    media: (message) => media.takeMedia(message),
+    answer: (message) => media.takeAnswer(message),
+    places: (message) => media.takePlaces(message),
     status: (status) => panel.showLink(status, link.latency),
   };
 
@@ -194,6 +204,7 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
     KeyX: () => tools.choose(tools.tool === "shape" ? "look" : "shape"),
     KeyV: () => tools.choose(tools.tool === "propose" ? "look" : "propose"),
     KeyC: () => tools.choose(tools.tool === "carry" ? "look" : "carry"),
+    KeyN: () => media.toggleMicrophone(),
     KeyP: () => tools.pointByKey(true),
     Escape: () => tools.choose("look"),
   };
@@ -276,6 +287,7 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
     proposals.step();
     if (people.step(now, eye, headset.isOn)) changed();
     panel.showAge(now - link.heardAt);
+    media.step(now, room.camera);
     if (xrFrame && headset.isOn) {
       const body = headset.step(xrFrame);
       if (body !== null && now - sent.at > HEADSET_MS && send(body, now)) sent = { at: now, numbers: [] };
@@ -318,8 +330,8 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
 
   // For whoever drives this page: the browser's console, and the program's tests.
   window.live = {
-    room, people, board, surfaces, tools, headset, control, link, setMode, detail, things, bodies,
-    proposals,
+    room, people, board, surfaces, tools, headset, control, link, media, setMode, detail, things,
+    bodies, proposals,
     drawn: () => drawn,
     isWhole: () => isLoaded,
     sharpness: () => sharpness.shown,

@@ -45,7 +45,8 @@ function keepNewest(messages) {
     ["welcome", "log", "state", "done", "refused"].includes(kind) || last.get(kind) === i);
 }
 
-const kinds = ["people", "rights", "state", "log", "done", "refused", "bodies"];
+const kinds = ["people", "rights", "state", "log", "done", "refused", "bodies",
+  "speaking", "answer", "places", "media"];
 const link = new Link({
   ...Object.fromEntries(kinds.map((kind) => [kind, hand(kind)])),
   welcome(message) {

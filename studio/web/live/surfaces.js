@@ -67,7 +67,7 @@ export class Surfaces {
 
   /** Sizes in pixels of the pictures that are shown, by surface. */
   shown() {
-    return Object.fromEntries([...this.boards].filter(([, { mesh }]) => mesh.visible)
+    return Object.fromEntries([...this.boards].filter(([, { mesh, picture }]) => mesh.visible && picture)
       .map(([id, { picture }]) => [id, [picture.width, picture.height]]));
   }
 

@@ -48,9 +48,17 @@ def test_the_welcome_says_everything(room, state_at):
     assert welcome["kind"] == "welcome"
     assert welcome["you"] == guest.person.person_id == "p1"
     assert (welcome["role"], welcome["name"]) == ("remote", "Anna")
-    assert welcome["rights"] == ["line", "primitive", "propose", "surface", "undo"]
+    assert welcome["rights"] == ["line", "primitive", "propose", "surface", "undo", "speak"]
     assert welcome["people"] == [
-        {"id": "p1", "index": 1, "name": "Anna", "role": "remote", "muted": False, "pen": True}
+        {
+            "id": "p1",
+            "index": 1,
+            "name": "Anna",
+            "role": "remote",
+            "muted": False,
+            "pen": True,
+            "microphone": False,
+        }
     ]
     assert welcome["state"]["objects"]["cup"][0] == 1
     assert (welcome["state"]["lines"], welcome["state"]["surfaces"]) == ({}, {})
@@ -162,7 +170,7 @@ def test_another_role_counts_at_once(room):
     guest, outbox, _ = room.join("Anna", Role.SPECTATOR)
     room.session.change("p1", 0, role=Role.REMOTE)
     rights, people = room.drain(outbox)
-    assert rights["rights"] == ["line", "primitive", "propose", "surface", "undo"]
+    assert rights["rights"] == ["line", "primitive", "propose", "surface", "undo", "speak"]
     assert people["people"][0]["role"] == "remote"
     room.hear(guest, outbox, **LINE)
     assert kinds(room.drain(outbox)) == ["log", "done"]

@@ -3,10 +3,11 @@ from itertools import pairwise
 
 import pytest
 
-from sim.headset.client import FILM_S, RATE_HZ, _place
+from sim.headset.client import RATE_HZ
 from sim.headset.connection import HubAddress, HubRefusedError
 from sim.headset.crowd import CrowdPlan, run_crowd
 from sim.headset.faults import read_headset_faults
+from sim.headset.moves import FILM_S, place_in_film
 
 
 async def codes_of(hub, count=1000):
@@ -120,6 +121,6 @@ def test_plans_have_limits():
 
 def test_a_film_is_played_forward_and_backward_without_a_jump():
     count = round(FILM_S * RATE_HZ)
-    places = [_place(seq, count) for seq in range(3 * count)]
+    places = [place_in_film(seq, count) for seq in range(3 * count)]
     assert {abs(a - b) for a, b in pairwise(places)} == {1}
     assert {0, count - 1} <= set(places)

@@ -234,6 +234,25 @@ class Guests:
         self.invitation = hub.invite(chosen)
         self._bench.announce(Topic.SESSION)
 
+    @property
+    def is_voice_recorded(self) -> bool:
+        """Whether the recording gets what people say."""
+        hub = self._hub()
+        return hub is not None and hub.is_voice_recorded
+
+    def record_voices(self, is_recorded: bool | None = None) -> None:
+        """Record what people say, or no longer; None changes what is so now. Their pages say so.
+
+        Raises:
+            ValueError: the doors are closed.
+        """
+        hub = self._open_hub()
+        wanted = not hub.is_voice_recorded if is_recorded is None else is_recorded
+        hub.record_voices(is_recorded=wanted)
+        words = "people's voices are recorded from now on" if wanted else "voices are not recorded"
+        self._bench.say("info", f"people: {words}; they are told")
+        self._bench.announce(Topic.SESSION)
+
     # --- people ----------------------------------------------------------------------------------
 
     def set_role(self, name: str, role: str) -> None:

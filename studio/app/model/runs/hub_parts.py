@@ -47,6 +47,15 @@ class HubLike(Protocol):
         """Refuse a person's body and operations, or take them again."""
         ...
 
+    @property
+    def is_voice_recorded(self) -> bool:
+        """Whether the session gets voices for its recording."""
+        ...
+
+    def record_voices(self, *, is_recorded: bool) -> None:
+        """Let the session record voices, or no longer."""
+        ...
+
     def remove(self, person_id: str) -> None:
         """Send a person away."""
         ...

@@ -112,6 +112,15 @@ class GuestActions:
                 available=lambda: guests.is_open,
                 choices=lambda: self._each(pen=True),
             ),
+            Action(
+                "people.record_voices",
+                "Record what people say",
+                "Live",
+                lambda recorded=None: guests.record_voices(recorded),
+                "off at first; everybody's page says that it is on; again ends it",
+                arguments=("recorded",),
+                available=lambda: guests.is_open,
+            ),
         )
 
     def _people(self) -> tuple[Action, ...]:

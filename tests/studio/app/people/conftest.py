@@ -26,6 +26,10 @@ class FakeHub:
         self.here: dict[str, Person] = {}
         self.codes: list[str] = []
         self.revoked: list[str] = []
+        self.is_voice_recorded = False
+
+    def record_voices(self, *, is_recorded):
+        self.is_voice_recorded = is_recorded
 
     def people(self):
         return tuple(self.here.values())

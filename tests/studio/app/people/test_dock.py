@@ -89,6 +89,18 @@ def test_the_network_is_opened_after_a_warning(stage, panel):
     assert panel.invitation.address.text() == "https://192.168.1.20:8443/"
 
 
+def test_voices_are_recorded_by_a_button_that_shows_it(stage, panel):
+    hub = opened(stage, panel)
+    assert panel.record.text() == "Record voices"
+    panel.record.click()
+    panel.refresh()
+    assert hub.is_voice_recorded
+    assert "recorded" in panel.record.text()
+    assert any("voices are recorded" in line for line in stage.lines())
+    panel.record.click()
+    assert not hub.is_voice_recorded
+
+
 def test_everybody_has_a_row_that_says_how_they_are(stage, panel):
     hub = opened(stage, panel)
     hub.come("Ana <b>M</b>", latency_ms=31.0)

@@ -27,6 +27,9 @@ def test_people_are_here_slow_muted_or_away():
     assert state_of(replace(ANA, latency_ms=200.0)).kind == "warning"
     assert state_of(replace(ANA, latency_ms=None)).word == "just came"
     assert state_of(replace(ANA, is_muted=True)).word == "muted"
+    assert state_of(replace(ANA, has_microphone=True)).word == "here, microphone on"
+    assert state_of(replace(ANA, has_microphone=True, is_speaking=True)).word == "speaks"
+    assert state_of(replace(ANA, is_speaking=True, is_muted=True)).word == "muted"
     assert state_of(replace(ANA, is_connected=False)).word == "away, may come back"
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from devices.hub.server import Arrived
+from devices.messages import VoicePacket
 from devices.recorded.people import RecordedAvatar, RecordedAvatarGone
 from devices.recording import read_recording, read_session
 from scenes.pose import Pose
@@ -65,6 +66,13 @@ def test_avatars_enter_with_every_frame_and_end_after_two_seconds_of_silence(tin
         live = entrance.enter(message.with_frame(frame)).input
         found.append(("p1" in {one.user_id for one in live.avatars}, len(live.gone)))
     assert found[:6] == [(True, 0)] * 4 + [(False, 1), (False, 0)]
+
+
+def test_voices_enter_with_the_frame_they_came_with(tiny):
+    said = VoicePacket(77, 77, "p1", 3, 2880, b"opus")
+    first, second = entered(tiny, Arrived(voices=(said,)))[:2]
+    assert first.voices == (replace(said, t_ns=first.frame.t_ns),)
+    assert (first.voices[0].heard_ns, second.voices) == (77, ())
 
 
 def test_hands_and_rays_keep_a_tenth_of_a_millimetre(tiny):
@@ -128,6 +136,7 @@ def test_a_live_session_records_people_and_sends_them_its_state(live, tiny):
     board = surface("board")
     hub = FakeHub(
         Arrived(avatars=(avatar(),), lines=(line("p1-1"),), events=(("joined", "Ann"),)),
+        Arrived(voices=(VoicePacket(1, 1, "p1", 7, 960, b"opus"),)),
         *[Arrived(avatars=(avatar(number=n),), lines=(line("p1-1", 2 + n),)) for n in range(1, 6)],
         Arrived(avatars=(avatar("p2"),), lines=(line("p1-1", 0),), surfaces=(board,)),
         Arrived(surfaces=(surface("board", NOTHING),)),
@@ -150,6 +159,7 @@ def test_a_live_session_records_people_and_sends_them_its_state(live, tiny):
     values = list(read_recording(path))
     assert sum(isinstance(value, RecordedAvatar) for value in values) > 10
     assert {v.gone.user_id for v in values if isinstance(v, RecordedAvatarGone)} == {"p1", "p2"}
+    assert [v.opus for v in values if isinstance(v, VoicePacket)] == [b"opus"]
     info = read_session(path)
     from studio.session.plan import SessionPlan
 
