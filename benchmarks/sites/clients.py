@@ -35,7 +35,7 @@ class _Seen:
     ages_s: array[float] = field(default_factory=lambda: array("d"))
 
 
-async def run_clients(orders: Orders, urls: list[str], codes: list[list[str]]) -> None:
+async def run_clients(orders: Orders, urls: list[str], *, codes: list[list[str]]) -> None:
     """Let everybody join, move, and say how old the states were that came."""
     seen = _Seen()
     async with aiohttp.ClientSession() as http:
@@ -45,11 +45,13 @@ async def run_clients(orders: Orders, urls: list[str], codes: list[list[str]]) -
             for code in of_hub
         ]
         counts_from_s = time.monotonic() + WARM_S
-        readers = [asyncio.ensure_future(_read(s, seen, counts_from_s)) for s in sockets]
+        readers = [
+            asyncio.ensure_future(_read(s, seen, counts_from_s=counts_from_s)) for s in sockets
+        ]
         say(event="in")
         await asyncio.gather(
             *(
-                _move(socket, orders, seen, share=number / len(sockets))
+                _move(socket, orders, seen=seen, share=number / len(sockets))
                 for number, socket in enumerate(sockets)
             )
         )
@@ -78,7 +80,7 @@ async def _join(
 
 
 async def _move(
-    socket: aiohttp.ClientWebSocketResponse, orders: Orders, seen: _Seen, *, share: float
+    socket: aiohttp.ClientWebSocketResponse, orders: Orders, *, seen: _Seen, share: float
 ) -> None:
     """Send bodies at their times, each person between the others."""
     body = bytearray(valid_bodies()[0])
@@ -90,7 +92,9 @@ async def _move(
         seen.sent += 1
 
 
-async def _read(socket: aiohttp.ClientWebSocketResponse, seen: _Seen, counts_from_s: float) -> None:
+async def _read(
+    socket: aiohttp.ClientWebSocketResponse, seen: _Seen, *, counts_from_s: float
+) -> None:
     async for message in socket:
         is_counted = time.monotonic() >= counts_from_s
         if is_counted:
@@ -110,4 +114,4 @@ async def _read(socket: aiohttp.ClientWebSocketResponse, seen: _Seen, counts_fro
 if __name__ == "__main__":
     given = read_orders()
     told: dict[str, Any] = json.loads(sys.stdin.readline())
-    asyncio.run(run_clients(given, told["urls"], told["codes"]))
+    asyncio.run(run_clients(given, told["urls"], codes=told["codes"]))
