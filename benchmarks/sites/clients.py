@@ -9,7 +9,6 @@ import asyncio
 import json
 import sys
 import time
-from array import array
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -32,7 +31,7 @@ class _Seen:
     sent: int = 0
     states: int = 0
     received_bytes: int = 0
-    ages_s: array[float] = field(default_factory=lambda: array("d"))
+    ages_s: list[float] = field(default_factory=list[float])
 
 
 async def run_clients(orders: Orders, urls: list[str], *, codes: list[list[str]]) -> None:
