@@ -38,6 +38,7 @@ IMPORTED_AS = {
     "open3d-cpu": "open3d",
     "pi-heif": "pi_heif",
     "usd-core": "pxr",
+    "eclipse-zenoh": "zenoh",
 }
 """Packages that are imported by another name than they are installed by."""
 
@@ -169,9 +170,10 @@ def test_verbs_without_a_window_import_only_what_every_installation_has(verb: st
     found = reached(f"studio.verbs.{verb}")
     core = {imported_as(each) for each in CORE}
 
-    # A user's own network brings its runtime where its file is named.
-    networks = {"tracking.baseline.lightglue", "tracking.baseline.yolo"}
-    for module in found.keys() - networks:
+    # A user's own network brings its runtime where its file is named, a router zenoh.
+    asked = {"tracking.baseline.lightglue", "tracking.baseline.yolo"}
+    asked.add("devices.transport.zenoh_transport")
+    for module in found.keys() - asked:
         extra = outer(module) - core
         assert not extra, f"{module} imports {extra} at once; imported by {found[module]}"
 

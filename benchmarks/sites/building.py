@@ -38,7 +38,7 @@ sys.stdin.read()
 
 @dataclass(frozen=True, slots=True)
 class BuildingFigures:
-    """What a building took, per second of its time.
+    """Cost of a building, per second of its time.
 
     Attributes:
         rooms: how many rooms, each with a site.
@@ -131,15 +131,15 @@ def run_building(rooms: int, clients: int, *, hz: float, seconds: float) -> Buil
         address = _admit_all(folder, rooms)
         orders = Orders(address, str(folder), rooms, clients, hz, seconds + 1.0)
         fields = router_fields(folder, listen=address, members=members(folder))
-        router = _begin(stack, [sys.executable, "-c", ROUTER], json.dumps(fields))
+        router = _begin(stack, [sys.executable, "-c", ROUTER], first_line=json.dumps(fields))
         router.hear("up")
         line = orders.to_line()
-        shared = _begin(stack, module_command("benchmarks.sites.rooms"), line)
+        shared = _begin(stack, module_command("benchmarks.sites.rooms"), first_line=line)
         shared.hear("up")
-        sites = _begin(stack, module_command("benchmarks.sites.sites"), line)
+        sites = _begin(stack, module_command("benchmarks.sites.sites"), first_line=line)
         urls = sites.hear("up")["urls"]
         codes = sites.ask("code", "codes")["codes"]
-        crowd = _begin(stack, module_command("benchmarks.sites.clients"), line)
+        crowd = _begin(stack, module_command("benchmarks.sites.clients"), first_line=line)
         crowd.process.say(json.dumps({"urls": urls, "codes": codes}))
         crowd.hear("in")
         time.sleep(WARM_S)
@@ -148,7 +148,7 @@ def run_building(rooms: int, clients: int, *, hz: float, seconds: float) -> Buil
         time.sleep(seconds)
         after = _look(parts)
         ended = crowd.hear("ended")
-        return _figures(orders, before, after, ended=ended)
+        return _figures(orders, before=before, after=after, ended=ended)
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,7 +168,7 @@ def _look(parts: tuple[_Part, _Part, _Part]) -> _Look:
 
 
 def _figures(
-    orders: Orders, before: _Look, after: _Look, *, ended: dict[str, Any]
+    orders: Orders, *, before: _Look, after: _Look, ended: dict[str, Any]
 ) -> BuildingFigures:
     took_s = after.time_s - before.time_s
     cpu = [(b - a) / took_s for a, b in zip(before.cpu_s, after.cpu_s, strict=True)]
@@ -205,7 +205,7 @@ def _admit_all(folder: Path, rooms: int) -> str:
         return f"127.0.0.1:{probe.getsockname()[1]}"
 
 
-def _begin(stack: ExitStack, command: Sequence[str], first_line: str) -> _Part:
+def _begin(stack: ExitStack, command: Sequence[str], *, first_line: str) -> _Part:
     part = _Part(command, first_line)
     stack.callback(part.process.end)
     return part

@@ -9,7 +9,6 @@ import asyncio
 import json
 import sys
 import time
-from array import array
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -32,10 +31,10 @@ class _Seen:
     sent: int = 0
     states: int = 0
     received_bytes: int = 0
-    ages_s: array[float] = field(default_factory=lambda: array("d"))
+    ages_s: list[float] = field(default_factory=list[float])
 
 
-async def run_clients(orders: Orders, urls: list[str], codes: list[list[str]]) -> None:
+async def run_clients(orders: Orders, urls: list[str], *, codes: list[list[str]]) -> None:
     """Let everybody join, move, and say how old the states were that came."""
     seen = _Seen()
     async with aiohttp.ClientSession() as http:
@@ -45,11 +44,13 @@ async def run_clients(orders: Orders, urls: list[str], codes: list[list[str]]) -
             for code in of_hub
         ]
         counts_from_s = time.monotonic() + WARM_S
-        readers = [asyncio.ensure_future(_read(s, seen, counts_from_s)) for s in sockets]
+        readers = [
+            asyncio.ensure_future(_read(s, seen, counts_from_s=counts_from_s)) for s in sockets
+        ]
         say(event="in")
         await asyncio.gather(
             *(
-                _move(socket, orders, seen, share=number / len(sockets))
+                _move(socket, orders, seen=seen, share=number / len(sockets))
                 for number, socket in enumerate(sockets)
             )
         )
@@ -78,7 +79,7 @@ async def _join(
 
 
 async def _move(
-    socket: aiohttp.ClientWebSocketResponse, orders: Orders, seen: _Seen, *, share: float
+    socket: aiohttp.ClientWebSocketResponse, orders: Orders, *, seen: _Seen, share: float
 ) -> None:
     """Send bodies at their times, each person between the others."""
     body = bytearray(valid_bodies()[0])
@@ -90,7 +91,9 @@ async def _move(
         seen.sent += 1
 
 
-async def _read(socket: aiohttp.ClientWebSocketResponse, seen: _Seen, counts_from_s: float) -> None:
+async def _read(
+    socket: aiohttp.ClientWebSocketResponse, seen: _Seen, *, counts_from_s: float
+) -> None:
     async for message in socket:
         is_counted = time.monotonic() >= counts_from_s
         if is_counted:
@@ -110,4 +113,4 @@ async def _read(socket: aiohttp.ClientWebSocketResponse, seen: _Seen, counts_fro
 if __name__ == "__main__":
     given = read_orders()
     told: dict[str, Any] = json.loads(sys.stdin.readline())
-    asyncio.run(run_clients(given, told["urls"], told["codes"]))
+    asyncio.run(run_clients(given, told["urls"], codes=told["codes"]))

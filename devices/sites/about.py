@@ -1,4 +1,4 @@
-"""What a live room says of itself, to whoever looks for one."""
+"""A live room as it describes itself, to whoever looks for one."""
 
 from __future__ import annotations
 

@@ -25,6 +25,8 @@ _OBJECT = struct.Struct("<BffQQ7d")
 """State, confidence, visible fraction, capture time, frame, place, quaternion w x y z."""
 
 _STATES: tuple[TrackState, ...] = tuple(TrackState)
+"""States by their numbers on the wire."""
+
 _UNKNOWN = np.full((4, 4), np.nan)
 """Covariance elsewhere: it is not sent."""
 

@@ -1,4 +1,4 @@
-"""What a site's people draw: sent to the room, and told from what comes back of it."""
+"""Drawings of a site's people: sent to the room, and told from what comes back of them."""
 
 from __future__ import annotations
 

@@ -45,7 +45,10 @@ Who has no certificate of {FOLDER}/{ROOT_PUBLIC_FILE} is refused; what no rule a
 """First lines of a router's file."""
 
 _SPEAKS = ("put", "declare_queryable", "reply")
+"""Messages of whoever publishes."""
+
 _HEARS = ("declare_subscriber", "query")
+"""Messages of whoever follows."""
 
 
 def router_fields(
@@ -94,12 +97,12 @@ def access_rules(members: Sequence[Admitted]) -> dict[str, Any]:
         made: list[dict[str, Any]] = []
         if own:
             made += [
-                _rule(f"{name} speaks", "ingress", _SPEAKS, key=own),
-                _rule(f"{name} is asked", "egress", _HEARS, key=own),
+                _rule(f"{name} speaks", "ingress", messages=_SPEAKS, key=own),
+                _rule(f"{name} is asked", "egress", messages=_HEARS, key=own),
             ]
         made += [
-            _rule(f"{name} hears", "ingress", _HEARS, key=others),
-            _rule(f"{name} is told", "egress", _SPEAKS, key=others),
+            _rule(f"{name} hears", "ingress", messages=_HEARS, key=others),
+            _rule(f"{name} is told", "egress", messages=_SPEAKS, key=others),
         ]
         rules += made
         policies.append({"rules": [rule["id"] for rule in made], "subjects": [name]})
@@ -133,7 +136,7 @@ def _keys(member: Admitted) -> tuple[str, str]:
     return "", f"{rooms}/{BEAT}"
 
 
-def _rule(rule_id: str, flow: str, messages: Sequence[str], *, key: str) -> dict[str, Any]:
+def _rule(rule_id: str, flow: str, *, messages: Sequence[str], key: str) -> dict[str, Any]:
     return {
         "id": rule_id,
         "permission": "allow",

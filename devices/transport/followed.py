@@ -61,7 +61,7 @@ class News:
 
 @dataclass(slots=True)
 class _Log:
-    """What has been heard of a log, and handed out; -1 for nothing."""
+    """Entries of a log that were heard, and handed out; -1 for none."""
 
     heard: int = -1
     handed: int = -1
@@ -165,7 +165,7 @@ class Followed:
             log.hear((entry,))
         return True
 
-    def hear_entries(self, name: str, entries: Entries, now_ns: int) -> bool:
+    def hear_entries(self, name: str, entries: Entries, *, now_ns: int) -> bool:
         """Take an answer: what is new in it, or all items."""
         if not self._is_current(entries.epoch, now_ns) or name not in self._logs:
             return False

@@ -148,7 +148,7 @@ class Follower:
                 return
             try:
                 if data[1:2] == bytes([ENTRIES]):
-                    is_taken = followed.hear_entries(channel, read_entries(data), now_ns)
+                    is_taken = followed.hear_entries(channel, read_entries(data), now_ns=now_ns)
                 else:
                     is_taken = self._read_value(followed, channel, data=data, now_ns=now_ns)
             except MessageBytesError:

@@ -19,6 +19,7 @@ ANY = "*"
 """In place of a session or a name: all of them."""
 
 _NAME = re.compile(rf"[a-z0-9](?:[a-z0-9_-]{{0,{MAX_NAME - 1}}})")
+"""A name: no part of a pattern, and the same in a file's name."""
 
 
 class MemberRole(StrEnum):

@@ -34,6 +34,7 @@ MAX_MEMBERS = 4096
 """Members of a building, chosen: four times a thousand rooms."""
 
 _BLOCK = re.compile(rb"-----BEGIN ([A-Z ]+)-----\n.*?\n-----END \1-----\n", re.DOTALL)
+"""One key or certificate in a file of several."""
 
 
 class PassError(ValueError):

@@ -120,7 +120,7 @@ class Source:
         with self._lock:
             if channel not in self._values and len(self._values) >= MAX_CHANNELS:
                 raise ValueError(f"{key}: {MAX_CHANNELS} channels are there; drop one")
-            message = pack_value(self._epoch, self._number + 1, data)
+            message = pack_value(self._epoch, self._number + 1, data=data)
             check_length(key, message)
             self._number += 1
             self._values[channel] = (self._number, data)
@@ -184,4 +184,4 @@ class Source:
                 known = number if epoch == self._epoch else -1
                 return pack_entries(log.since(known, self._epoch))
             value = self._values.get(channel)
-        return None if value is None else pack_value(self._epoch, *value)
+        return None if value is None else pack_value(self._epoch, value[0], data=value[1])

@@ -93,7 +93,7 @@ class Beat:
     about: Mapping[str, Any] = field(default_factory=dict[str, Any])
 
 
-def pack_value(epoch: int, number: int, data: bytes) -> bytes:
+def pack_value(epoch: int, number: int, *, data: bytes) -> bytes:
     """Return a value as it is sent."""
     return _HEADER.pack(VERSION, VALUE, epoch, number) + data
 

@@ -168,7 +168,7 @@ def _headless(args: argparse.Namespace) -> int:
             renderer=renderer,
             locate=RoomLocator(scene, renderer),
             record_to=None if args.no_record else recording_in(out),
-            people=_shared(args, scene, hub, clock=clock, stack=stack) or hub,
+            people=_shared(args, scene, hub=hub, clock=clock, stack=stack) or hub,
         )
         crowd = _crowd(args, session, hub=hub, stack=stack, clock=clock, tokens=tokens)
         rehearsed = _rehearsed(args, session, stack=stack, crowd=crowd)
@@ -249,8 +249,8 @@ def _hub(
 def _shared(
     args: argparse.Namespace,
     scene: ScenePackage,
-    hub: Hub | None,
     *,
+    hub: Hub | None,
     clock: Clock,
     stack: ExitStack,
 ) -> SharedRoom | None:

@@ -85,7 +85,7 @@ def run(args: argparse.Namespace) -> int:
                 f"another ({own.digest[:8]}): give the same package"
             )
         _say(join_line(hub, hosting, invitations=invitations_for(hub, hosting)))
-        _watch_over(site, hub, args.seconds)
+        _watch_over(site, hub, seconds=args.seconds)
     return 0
 
 
@@ -99,7 +99,7 @@ def _wait_for_room(site: JoinedSite, room: str) -> RoomAbout:
     raise OSError(f"{room}: no such room is live, or this pass does not hear it")
 
 
-def _watch_over(site: JoinedSite, hub: Hub, seconds: float | None) -> None:
+def _watch_over(site: JoinedSite, hub: Hub, *, seconds: float | None) -> None:
     """Say how it goes and who is here, until its time is over."""
     from studio.live.people.hosting import who_words
 

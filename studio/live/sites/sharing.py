@@ -72,7 +72,7 @@ def shared(
         ValueError: a name or a pass is bad.
     """
     exchange = Exchange()
-    transport, name = _way(sharing, scene_name, exchange)
+    transport, name = _way(sharing, scene_name, exchange=exchange)
     about = about_scene(scene, scene_name)
     with ExitStack() as stack:
         stack.callback(transport.close)
@@ -90,7 +90,7 @@ def shared(
         room.start()
         say(f"sites: the room is shared as {name} at {sharing.router}")
         if sharing.router == HERE:
-            stack.enter_context(_site_here(exchange, scene, name, clock=clock, say=say))
+            stack.enter_context(_site_here(exchange, scene, session=name, clock=clock, say=say))
         yield room
 
 
@@ -120,7 +120,7 @@ def name_for(role: MemberRole, asked: str, *, of_pass: tuple[MemberRole, str] | 
     return of_pass[1]
 
 
-def _way(sharing: Sharing, scene_name: str, exchange: Exchange) -> tuple[Transport, str]:
+def _way(sharing: Sharing, scene_name: str, *, exchange: Exchange) -> tuple[Transport, str]:
     usual = sharing.name or name_of(Path(scene_name).stem)
     if sharing.router == HERE:
         return LocalTransport(exchange), check_name(usual)
@@ -138,8 +138,8 @@ def _way(sharing: Sharing, scene_name: str, exchange: Exchange) -> tuple[Transpo
 def _site_here(
     exchange: Exchange,
     scene: ScenePackage,
-    session: str,
     *,
+    session: str,
     clock: Clock,
     say: Callable[[str], None],
 ) -> Iterator[None]:

@@ -30,13 +30,11 @@ class _Site:
 
 
 class SitePeople:
-    """What sites have sent, each as if its people were here. The caller keeps others off.
+    """Everything that sites have sent, as if their people were here. The caller keeps others off.
 
     A site's name begins the ids of its people and of all that they draw: no site can send in the
     name of another.
 
-    Args:
-        note: takes kind and text of an event.
     """
 
     def __init__(self) -> None:
@@ -60,10 +58,10 @@ class SitePeople:
         site = self._sites.setdefault(name, _Site())
         if news.is_new:
             site.people, site.bodies = (), {}
-        self._read(partial(self._read_people, site, name), news.values.get(PEOPLE))
+        self._read(partial(self._read_people, site, name=name), news.values.get(PEOPLE))
         self._read(partial(self._read_bodies, site), news.values.get(BODIES))
         if DRAWN in news.logs:
-            self._take_drawn(site, name, news.logs[DRAWN])
+            self._take_drawn(site, news.logs[DRAWN], name=name)
 
     def names(self) -> tuple[str, ...]:
         """Return sites that have people here."""
@@ -101,14 +99,14 @@ class SitePeople:
         except SiteBytesError:
             self.refused += 1
 
-    def _read_people(self, site: _Site, name: str, data: bytes) -> None:
+    def _read_people(self, site: _Site, data: bytes, *, name: str) -> None:
         people = read_people(data, limit=MAX_SITE_PEOPLE)
         site.people = tuple(replace(p, person_id=f"{name}.{p.person_id}") for p in people)
 
     def _read_bodies(self, site: _Site, data: bytes) -> None:
         site.bodies = read_bodies(data, site.bodies, limit=MAX_SITE_PEOPLE)
 
-    def _take_drawn(self, site: _Site, name: str, news: LogNews) -> None:
+    def _take_drawn(self, site: _Site, news: LogNews, *, name: str) -> None:
         found: dict[tuple[type, str], Item] = {}
         for entry in news.entries:
             try:

@@ -25,8 +25,8 @@ def ways():
 def test_what_is_not_for_it_is_refused(ways):
     transport, reader, _clock = ways
     base = "gn/lab/site/north"
-    transport.put(f"{base}/now/objects", pack_value(1, 1, bytes(10_001)))
-    transport.put(f"{base}/now/unknown", pack_value(1, 1, b"x"))
+    transport.put(f"{base}/now/objects", pack_value(1, 1, data=bytes(10_001)))
+    transport.put(f"{base}/now/unknown", pack_value(1, 1, data=b"x"))
     transport.put(f"{base}/log/other", pack_entry(1, Entry(1, "a", b"")))
     transport.put(f"{base}/now/objects", b"junk")
     transport.put(f"{base}/beat", b"junk")
@@ -39,7 +39,7 @@ def test_too_many_members_are_not_kept(ways):
     transport, reader, _clock = ways
     reader.follower._max_members = 2
     for name in ("a", "b", "c"):
-        transport.put(f"gn/lab/site/{name}/now/objects", pack_value(1, 1, b"x"))
+        transport.put(f"gn/lab/site/{name}/now/objects", pack_value(1, 1, data=b"x"))
     assert len(reader.follower.take()) == 2
     assert reader.follower.refused == 1
 
@@ -47,7 +47,7 @@ def test_too_many_members_are_not_kept(ways):
 def test_older_values_do_not_replace_newer_ones(ways):
     transport, reader, _clock = ways
     for number in (3, 2):
-        transport.put("gn/lab/site/n/now/objects", pack_value(1, number, b"%d" % number))
+        transport.put("gn/lab/site/n/now/objects", pack_value(1, number, data=b"%d" % number))
     reader.take()
     assert reader.values == {"objects": b"3"}
 
@@ -85,12 +85,12 @@ def test_who_takes_too_seldom_asks_for_the_log_again(ways):
 
 def test_a_start_with_a_clock_set_back_is_believed_when_the_former_one_is_silent(ways):
     transport, reader, clock = ways
-    transport.put("gn/lab/site/n/now/objects", pack_value(9, 1, b"nine"))
-    transport.put("gn/lab/site/n/now/objects", pack_value(8, 1, b"eight"))
+    transport.put("gn/lab/site/n/now/objects", pack_value(9, 1, data=b"nine"))
+    transport.put("gn/lab/site/n/now/objects", pack_value(8, 1, data=b"eight"))
     reader.take()
     assert reader.values == {"objects": b"nine"}
     clock.sleep_until(clock.now_ns() + AWAY_NS)
-    transport.put("gn/lab/site/n/now/objects", pack_value(8, 2, b"eight"))
+    transport.put("gn/lab/site/n/now/objects", pack_value(8, 2, data=b"eight"))
     reader.take()
     assert reader.values == {"objects": b"eight"}
 
@@ -98,5 +98,5 @@ def test_a_start_with_a_clock_set_back_is_believed_when_the_former_one_is_silent
 def test_it_hears_nothing_after_its_end(ways):
     transport, reader, _clock = ways
     reader.follower.close()
-    transport.put("gn/lab/site/n/now/objects", pack_value(1, 1, b"x"))
+    transport.put("gn/lab/site/n/now/objects", pack_value(1, 1, data=b"x"))
     assert reader.follower.take() == ()

@@ -28,7 +28,7 @@ BEAT = Beat(7, 10**12, 5, {"objects": 4}, {"drawn": 9}, {"scene": "lab"})
 
 
 def test_round_trips():
-    assert read_value(pack_value(7, 4, b"data")) == (7, 4, b"data")
+    assert read_value(pack_value(7, 4, data=b"data")) == (7, 4, b"data")
     assert read_entry(pack_entry(7, ENTRIES.entries[0])) == (7, ENTRIES.entries[0])
     assert read_entries(pack_entries(ENTRIES)) == ENTRIES
     assert read_beat(pack_beat(BEAT)) == BEAT
