@@ -78,7 +78,7 @@ class PersonRow(QFrame):
         layout.addWidget(self.latency, 0, 1)
         layout.addWidget(self.role, 0, 2)
         layout.addWidget(self.state, 1, 0)
-        layout.addLayout(buttons, 1, 1, 1, 2)
+        layout.addLayout(buttons, 2, 0, 1, 3)
         self.setObjectName("person")
         self.show_person(person, can_look=False)
 

@@ -29,12 +29,15 @@ export class Panel {
     byId("people").replaceChildren();
     this.rows.clear();
     const own = list.find((person) => person.id === ownId);
+    // While one has the pen, the others whose role lets them draw may not.
+    const drawers = list.filter((person) => person.role !== "spectator" && !person.muted);
+    const isGiven = drawers.some((person) => !person.pen);
     for (const person of own ? [own, ...list.filter((other) => other !== own)] : list) {
       const row = addRow(byId("people"), person.name, () => this.actions.lookAtPerson(person.id));
       row.firstChild.disabled = person === own;
       if (person === own) row.firstChild.title = "This is you";
       const words = [person === own ? "you" : null, ROLES[person.role] ?? person.role,
-        person.muted ? "muted" : null];
+        person.muted ? "muted" : null, isGiven && person.pen ? "has the pen" : null];
       fillRow(row, "", "●", words.filter(Boolean).join(", "));
       row.firstChild.firstChild.style.color = colourOf(person.index);
       this.rows.set(person.id, row);

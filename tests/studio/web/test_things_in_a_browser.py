@@ -224,6 +224,8 @@ def test_who_has_not_the_pen_has_no_tools(inside, hub, invite_guest):
     hub.give_pen("p2")
     inside.wait_for("document.getElementById('tool-shape').hidden")
     assert inside.evaluate("document.getElementById('undo').hidden")
+    said = "[...document.querySelectorAll('#people .state')].map((it) => it.textContent)"
+    assert inside.evaluate(said) == ["you, elsewhere", "elsewhere, has the pen"]
     hub.give_pen(None)
     inside.wait_for("!document.getElementById('tool-shape').hidden")
     hub.set_role("p1", Role.SPECTATOR)

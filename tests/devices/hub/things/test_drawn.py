@@ -101,7 +101,7 @@ def test_up_and_ahead_of_a_primitive_are_the_same_in_the_session():
 
 def test_numbers_that_cannot_be_sent_are_found():
     assert not Drawn(Op.LINE, "a", "p1", np.array([[np.nan, 0, 0]])).is_finite
-    assert not Drawn(Op.SURFACE, "a", "p1", SQUARE, seen=SQUARE * np.inf).is_finite
+    assert not Drawn(Op.SURFACE, "a", "p1", SQUARE, seen=np.full((4, 3), np.inf)).is_finite
 
 
 def test_primitives_and_proposals_of_the_session_keep_their_owner():
