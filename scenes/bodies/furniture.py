@@ -98,10 +98,9 @@ def _spread(corners: Array) -> Array:
     counts = np.clip(np.ceil(sides / (0.5 * CELL_M)).astype(int), 1, 64)
     for count in np.unique(counts):
         own = corners[counts == count]
-        i, j = np.meshgrid(np.arange(count + 1), np.arange(count + 1))
-        inside = (i + j) <= count
-        a, b = i[inside] / count, j[inside] / count
-        shares = np.stack([1.0 - a - b, a, b], axis=1)
+        a, b = np.indices((int(count) + 1, int(count) + 1)).reshape(2, -1) / float(count)
+        shares: Array = np.stack([1.0 - a - b, a, b], axis=1)
+        shares = shares[shares[:, 0] > -1e-9]
         found.append(np.einsum("pk,fkd->fpd", shares, own).reshape(-1, 3))
     return np.concatenate(found) if found else np.zeros((0, 3))
 

@@ -72,7 +72,7 @@ class HandMoments:
     palms: Keys = field(default_factory=lambda: Keys(PALM_STEPS))
     fingers: Keys = field(default_factory=lambda: Keys(FINGER_STEPS))
 
-    def add(self, t_ms: int, goals: Goals, side: int) -> None:
+    def add(self, t_ms: int, goals: Goals, *, side: int) -> None:
         """One person's hand at one time."""
         place = [*goals.wrists[0, side].tolist(), float(goals.grips_m[0, side])]
         self.places.add(t_ms, _known(place))
@@ -157,7 +157,7 @@ class Moments:
         moments.rays.add(t_ms, None if avatar.ray is None else avatar.ray.ravel().tolist())
         goals = goals_of([avatar])
         for side, hand in enumerate(moments.hands):
-            hand.add(t_ms, goals, side)
+            hand.add(t_ms, goals, side=side)
 
     def end_person(self, t_ns: int, user_id: str) -> None:
         """Somebody has left, or shows no body any more."""

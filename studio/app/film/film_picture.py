@@ -68,6 +68,7 @@ def film_picture(made_of: FilmSet, plan: FilmPlan, moment: Moment) -> NDArray[np
         eyes = eyes_of(plan.source, moment.state, made_of.document, made_of.scene)
     if eyes is None:
         return _fitted(None, width, height)
+    made_of.crowd.furniture = made_of.drawing.furniture
     shapes = shapes_of(
         moment.state,
         shown=made_of.shown,

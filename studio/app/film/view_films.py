@@ -9,7 +9,6 @@ from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QLabel, QProgressBar, QPushButton, QWidget
 
 from devices.streams import Slot
-from scenes.bodies.crowd import Crowd
 from studio.app.film.film_job import FilmJob
 from studio.app.film.film_picture import FilmSet
 from studio.app.film.moments import Moment
@@ -150,13 +149,7 @@ class ViewFilms(QWidget):
         )
         shapes = tuple(self._filmed.layers.shapes())
         drawing = self._filmed.drawings.of(scene)
-        made_of = FilmSet(
-            drawing,
-            self.bench.document,
-            self._filmed.layers.shown,
-            shapes,
-            Crowd(drawing.furniture),
-        )
+        made_of = FilmSet(drawing, self.bench.document, self._filmed.layers.shown, shapes)
         self._view, self._ticks, self._said = view, 0, 0.0
         self._lasts = None if seconds is None else max(1, round(float(seconds) * plan.fps))
         self._begin(FilmJob(plan, made_of, self.bench.recording), plan.fps)

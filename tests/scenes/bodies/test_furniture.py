@@ -1,7 +1,7 @@
 """Furniture as solids: boxes that move with objects, slabs of a mesh, arms that stay out."""
 
-import itertools
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -38,7 +38,7 @@ def test_level_parts_of_a_scanned_mesh_become_slabs():
     def square(z, side):
         return np.array([[0, 0, z], [side, 0, z], [side, side, z], [0, side, z]], float)
 
-    corners = [square(0.0, 4.0), square(0.73, 1.2), (*square(0.73, 0.05), 3, 3, 0)]
+    corners = [square(0.0, 4.0), square(0.73, 1.2), np.add(square(0.73, 0.05), (3, 3, 0))]
     wall = np.array([[0, 0, 0], [0, 4, 0], [0, 4, 2.5], [0, 0, 2.5]], float)
     vertices = np.concatenate([*corners, wall])
     faces = np.concatenate([[[k, k + 1, k + 2], [k, k + 2, k + 3]] for k in range(0, 16, 4)])
@@ -57,7 +57,7 @@ def dense(skeleton):
         first = Bone.FINGERS + 15 * side
         chains += [[wrist, *(at[:, first + 3 * f + k] for k in range(3))] for f in range(5)]
         for chain in chains:
-            for a, b in itertools.pairwise(chain):
+            for a, b in pairwise(chain):
                 found += [a + t * (b - a) for t in np.linspace(0.0, 1.0, 26)]
     return np.stack(found, axis=1)
 
