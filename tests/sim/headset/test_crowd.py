@@ -4,10 +4,10 @@ from itertools import pairwise
 import pytest
 
 from sim.headset.client import RATE_HZ
-from sim.headset.moves import FILM_S, place_in_film
 from sim.headset.connection import HubAddress, HubRefusedError
 from sim.headset.crowd import CrowdPlan, run_crowd
 from sim.headset.faults import read_headset_faults
+from sim.headset.moves import FILM_S, place_in_film
 
 
 async def codes_of(hub, count=1000):
