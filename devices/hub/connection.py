@@ -10,9 +10,9 @@ from contextlib import suppress
 from aiohttp import WSCloseCode, WSMessage, WSMsgType, web
 
 from devices.clock import Clock
-from devices.hub.admission import Refused
 from devices.hub.attendance import Visit
 from devices.hub.channels import to_text
+from devices.hub.entry.admission import Refused
 from devices.hub.fields import MessageError
 from devices.hub.media.voice_wire import VOICE_KIND
 from devices.hub.messages import MAX_TEXT_BYTES, Hello, OpError, read_message

@@ -11,7 +11,6 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import Any
 
-from devices.hub.admission import Admission, Refused
 from devices.hub.attendance import Attendance, Guest, Visit
 from devices.hub.channels import (
     BodyChannel,
@@ -22,6 +21,7 @@ from devices.hub.channels import (
 )
 from devices.hub.contract import Arrived
 from devices.hub.elsewhere import Elsewhere, Others
+from devices.hub.entry.admission import Admission, Refused
 from devices.hub.entry.pairing import PairingCodes, PairingRefused
 from devices.hub.entry.rates import refusal_lines
 from devices.hub.entry.tokens import Tokens
@@ -351,7 +351,7 @@ class Session:
             "resumed": entries is not None,
             "t_us": now_ns // 1000,
         }
-        texts = [whole_text(fields, self.states, self._board), *(entries or ())]
+        texts = [whole_text(fields, states=self.states, board=self._board), *(entries or ())]
         outbox.begin(texts, version=self.states.version, token_number=guest.newest_token)
 
     def _do(self, visit: Visit, do: Do, *, now_ns: int) -> None:

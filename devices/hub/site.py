@@ -14,9 +14,9 @@ from pathlib import Path
 from aiohttp import web
 
 from devices.clock import Clock
-from devices.hub.admission import Refused
 from devices.hub.channels import to_text
 from devices.hub.contract import Asset
+from devices.hub.entry.admission import Refused
 from devices.hub.entry.pairing import PairingRefused
 from devices.hub.fields import MessageError, read_object
 from devices.hub.messages import clean_name

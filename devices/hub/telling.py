@@ -44,7 +44,7 @@ def people_of(people: Iterable[Person], pen: Pen) -> list[dict[str, Any]]:
     ]
 
 
-def whole_text(fields: dict[str, Any], states: StateChannel, board: Board) -> str:
+def whole_text(fields: dict[str, Any], *, states: StateChannel, board: Board) -> str:
     """Return a message of fields and the whole state of the room."""
     state = (
         f'{{"version":{states.version},"t_us":{states.t_us},"objects":{states.whole()},'

@@ -117,7 +117,7 @@ class Speaking:
             return True
         for index, voice in voices:
             self._tally.heard += 1
-            if index in self._tally.indices:
+            if index in self._tally.indices and not self._speech.is_rtc:
                 self._tally.voice.add(1000.0 * ((_now() - voice.time) % MAX_TIME) / RATE_HZ)
         return True
 

@@ -5,8 +5,8 @@ import json
 import numpy as np
 import pytest
 
-from devices.hub.admission import Refused
 from devices.hub.attendance import AWAY_NS
+from devices.hub.entry.admission import Refused
 from devices.hub.entry.pairing import PairingRefused
 from devices.hub.entry.tokens import TOKEN_NS
 from devices.hub.inbox import Avatars

@@ -4,8 +4,8 @@ from random import Random
 
 import pytest
 
-from devices.hub.admission import MAX_ARRIVING, Admission, Refused
 from devices.hub.attendance import Attendance
+from devices.hub.entry.admission import MAX_ARRIVING, Admission, Refused
 from devices.hub.entry.pairing import PairingCodes, PairingRefused
 from devices.hub.entry.tokens import TOKEN_NS, Tokens
 from devices.hub.outbox import Outbox, Sent
