@@ -18,6 +18,7 @@ def dock(bench, qtbot):
     made.show()
     yield made
     made.close()
+    made.deleteLater()
 
 
 def rows(dock):
