@@ -28,6 +28,6 @@ def until(qapp):
         while not condition():
             assert time.monotonic() < deadline, f"not there in {limit_s} s"
             qapp.processEvents()
-            time.sleep(0.002)
+            time.sleep(0.005)
 
     return wait
