@@ -1,8 +1,8 @@
 """Simulated headsets: people who join a live session over the network, as a browser would.
 
-`moves.py` (head, hands, controllers and ray of one person), `faults.py` (what goes wrong between
-headset and hub), `connection.py` (pairing and the WebSocket), `room_download.py` (files of the
-room), `client.py` (one person who joins, moves, draws and listens), `tally.py` `delays.py` (figures
-of all, and how long messages took), `crowd.py` (many people in one process), `attacks.py` (people
-who try what they may not).
+`moves.py` (head, hands, controllers and ray of one person), `scripted.py` (somebody who plays a
+part in a scenario), `faults.py` (what goes wrong between headset and hub), `connection.py` (pairing
+and the WebSocket), `room_download.py` (files of the room), `client.py` (one person who joins,
+moves, draws and listens), `tally.py` `delays.py` (figures of all, and how long messages took),
+`crowd.py` (many people in one process), `attacks.py` (people who try what they may not).
 """

@@ -24,6 +24,7 @@ from sim.headset.connection import (
 from sim.headset.faults import HeadsetFault, HeadsetState, headset_state
 from sim.headset.moves import Moves
 from sim.headset.room_download import RoomDownload
+from sim.headset.scripted import Script, ScriptedPerson
 from sim.headset.tally import Tally
 
 RATE_HZ = 72.0
@@ -68,6 +69,7 @@ class ClientPlan:
         rate_hz: bodies a second.
         faults: between the person and the hub.
         draws: whether they draw lines.
+        script: what they do in place of moves and lines by chance; None for those.
     """
 
     address: HubAddress
@@ -76,6 +78,7 @@ class ClientPlan:
     rate_hz: float = RATE_HZ
     faults: tuple[HeadsetFault, ...] = ()
     draws: bool = True
+    script: Script | None = None
 
 
 class HeadsetClient:
@@ -98,7 +101,8 @@ class HeadsetClient:
     ) -> None:
         self._http, self._plan, self._tally, self._now_ns = http, plan, tally, now_ns
         self._random = np.random.default_rng(plan.moves.seed)
-        self._film = _film(plan.moves, plan.rate_hz)
+        self._scripted = None if plan.script is None else ScriptedPerson(plan.script)
+        self._film = _film(plan.moves, plan.rate_hz) if self._scripted is None else []
         self._token, self._log_seq = "", 0
         self._room = RoomDownload(http, plan.address)
         self._rest: asyncio.Task[None] | None = None
@@ -167,7 +171,7 @@ class HeadsetClient:
             self._tally.returns_s.append((self._now_ns() - back_ns) / 1e9)
 
     def _faults(self) -> HeadsetState:
-        return headset_state(self._plan.faults, (self._now_ns() - self._joined_ns) / 1e9)
+        return headset_state(self._plan.faults, self._here_s())
 
     async def _connect(self, *, log_seq: int | None) -> HubConnection:
         connection = await connect(
@@ -181,6 +185,8 @@ class HeadsetClient:
         self._token, self._log_seq = str(welcome["token"]), int(welcome["log_seq"])
         self._tally.indices.add(int(welcome["index"]))
         self._tally.connections += 1
+        if self._scripted is not None:
+            self._scripted.take_whole(welcome["state"]["objects"])
         return connection
 
     async def _return(self, over: asyncio.Event) -> HubConnection | None:
@@ -244,12 +250,25 @@ class HeadsetClient:
             if not faults.shows_body or self._random.random() < faults.loss:
                 self._tally.left_out += 1
                 continue
-            body = self._film[_place(self._seq, len(self._film))]
-            STAMP.pack_into(body, STAMP_AT, self._seq, self._now_ns() // 1000)
+            body = self._body()
             if faults.jitter_s:
                 await asyncio.sleep(faults.jitter_s * float(self._random.random()))
             await connection.send_bytes(bytes(body))
             self._tally.sent += 1
+
+    def _body(self) -> bytearray:
+        """Return the body of this moment."""
+        t_us = self._now_ns() // 1000
+        if self._scripted is not None:
+            body = self._scripted.body(self._here_s(), seq=self._seq, t_us=t_us)
+            return bytearray(encode_body(body))
+        body = self._film[_place(self._seq, len(self._film))]
+        STAMP.pack_into(body, STAMP_AT, self._seq, t_us)
+        return body
+
+    def _here_s(self) -> float:
+        """Return the time since this person joined."""
+        return (self._now_ns() - self._joined_ns) / 1e9
 
     async def _ping(self, connection: HubConnection) -> str:
         while True:
@@ -257,9 +276,11 @@ class HeadsetClient:
             await asyncio.sleep(PING_S)
 
     async def _draw(self, connection: HubConnection) -> str:
-        """Draw a line now and then, and erase the one before."""
+        """Draw as the script says, or a line now and then, and erase the one before."""
         if not self._plan.draws or "line" not in connection.welcome["rights"]:
             await asyncio.Event().wait()
+        if self._scripted is not None:
+            await self._draw_as_scripted(connection, self._scripted)
         number = 0
         while True:
             await asyncio.sleep((DRAW_EVERY_S - DRAW_S) * (0.5 + float(self._random.random())))
@@ -267,12 +288,19 @@ class HeadsetClient:
             for _ in range(round(DRAW_S * DRAW_HZ)):
                 await asyncio.sleep(1.0 / DRAW_HZ)
                 if self._faults().shows_body:
-                    t_s = (self._now_ns() - self._joined_ns) / 1e9
-                    points.append(np.round(self._plan.moves.pen(t_s), 4).tolist())
+                    points.append(np.round(self._plan.moves.pen(self._here_s()), 4).tolist())
                     await connection.send(_line(number % 2, points))
             number += 1
             if self._faults().shows_body:
                 await connection.send(_line(number % 2, []))
+
+    async def _draw_as_scripted(self, connection: HubConnection, person: ScriptedPerson) -> None:
+        """Send lines as they grow, for ever."""
+        while True:
+            if self._faults().shows_body:
+                for line in person.new_lines(self._here_s()):
+                    await connection.send(line)
+            await asyncio.sleep(1.0 / DRAW_HZ)
 
     async def _listen(self, connection: HubConnection) -> str:
         """Take what comes; return the hub's goodbye, empty where there is none."""
@@ -309,6 +337,8 @@ class HeadsetClient:
         match said.get("kind"):
             case "state":
                 tally.states += 1
+                if self._scripted is not None:
+                    self._scripted.take(said["objects"])
                 if self._since_hub_us is not None:
                     tally.state.add((now_us - self._since_hub_us[1] - said["t_us"]) / 1000)
                 await connection.send({"kind": "seen", "version": said["version"]})

@@ -13,6 +13,7 @@ from sim.headset.client import RATE_HZ, ClientPlan, HeadsetClient
 from sim.headset.connection import HubAddress, HubRefusedError
 from sim.headset.faults import HeadsetFault
 from sim.headset.moves import Moves
+from sim.headset.scripted import Script
 from sim.headset.tally import Tally
 
 MAX_CLIENTS = 256
@@ -34,9 +35,10 @@ class CrowdPlan:
         rate_hz: bodies a second of each.
         faults: of each.
         draws: whether they draw lines.
+        scripts: what each does, where a scenario says; else they move by chance.
 
     Raises:
-        ValueError: a number is out of range.
+        ValueError: a number is out of range, or not that of the scripts.
     """
 
     address: HubAddress
@@ -46,6 +48,7 @@ class CrowdPlan:
     rate_hz: float = RATE_HZ
     faults: tuple[HeadsetFault, ...] = ()
     draws: bool = True
+    scripts: tuple[Script, ...] = ()
 
     def __post_init__(self) -> None:
         if not 1 <= self.clients <= MAX_CLIENTS:
@@ -54,12 +57,22 @@ class CrowdPlan:
             raise ValueError(f"seconds {self.seconds:g}: wanted more than 0")
         if not 1.0 <= self.rate_hz <= 120.0:
             raise ValueError(f"rate {self.rate_hz:g} Hz: wanted 1 to 120")
+        if self.scripts and len(self.scripts) != self.clients:
+            raise ValueError(f"clients {self.clients}: the scenario has {len(self.scripts)} people")
 
     def client(self, number: int) -> ClientPlan:
         """Return the plan of one of them."""
         name = f"{NAMES[number % len(NAMES)]} {number + 1}"
-        moves = Moves(self.seed + number)
-        return ClientPlan(self.address, name, moves, self.rate_hz, self.faults, self.draws)
+        script = self.scripts[number] if self.scripts else None
+        return ClientPlan(
+            self.address,
+            name if script is None else script.settings.user_id,
+            Moves(self.seed + number),
+            self.rate_hz,
+            self.faults,
+            self.draws,
+            script,
+        )
 
 
 async def run_crowd(

@@ -87,6 +87,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="N",
         help="with --headless: so many simulated people join, and their delays are measured",
     )
+    people.add_argument(
+        "--scenario-people",
+        action="store_true",
+        help="with --headless and --scenario: its remote people are those who join",
+    )
     add_result_flags(parser, DEFAULT_OUT)
     parser.add_argument("--json", action="store_true", help="print the figures as JSON")
 
@@ -101,6 +106,8 @@ def run(args: argparse.Namespace) -> int:
         raise ValueError("--scenario and --seed go with --simulated: a real camera has neither")
     if args.clients and not args.headless:
         raise ValueError("--clients goes with --headless: simulated people are measured there")
+    if args.scenario_people:
+        args.clients = _scenario_people(args)
     hosting = hosting_of(args)
     no_window = "" if args.headless else why_no_window()
     if no_window is None:
@@ -124,6 +131,20 @@ def run(args: argparse.Namespace) -> int:
     return _headless(args)
 
 
+def _scenario_people(args: argparse.Namespace) -> int:
+    """Return how many remote people the scenario has.
+
+    Raises:
+        ValueError: it has none, or other flags are missing or say otherwise.
+    """
+    from sim.headset.scripted import scripts_of
+    from sim.scenarios.scenario import load_scenario
+
+    if not (args.scenario and args.headless) or args.clients:
+        raise ValueError("--scenario-people goes with --headless and --scenario, not --clients")
+    return len(scripts_of(load_scenario(args.scenario)))
+
+
 def setup_of(args: argparse.Namespace) -> LiveSetup:
     """The devices that the flags ask for.
 
@@ -145,6 +166,7 @@ def setup_of(args: argparse.Namespace) -> LiveSetup:
 def _headless(args: argparse.Namespace) -> int:
     from devices.clock import WallClock
     from devices.hub.entry.tokens import Tokens
+    from scenes.memory import keep_heap_small
     from scenes.opening import open_scene
     from scenes.render.native import NativeRenderer
     from studio.live.checks import live_checks
@@ -154,6 +176,7 @@ def _headless(args: argparse.Namespace) -> int:
     from studio.live.report import live_rows, write_report
     from studio.session.preflight import run_checks, save_checks
 
+    keep_heap_small()
     out = args.out or next_free(DEFAULT_OUT)
     check_free(out, replaces=args.replace)
     scene = open_scene(args.scene)
@@ -296,6 +319,7 @@ def _crowd(
         tokens=tokens,
         say=_say,
         trusted=trusted,
+        scenario=args.scenario if args.scenario_people else None,
     )
     crowd.start()
     stack.callback(crowd.end)

@@ -36,7 +36,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="C",
         help="of six digits, one a person; repeatable; '-': lines of standard input",
     )
-    parser.add_argument("--clients", type=int, default=1, metavar="N", help="people (1)")
+    parser.add_argument("--clients", type=int, metavar="N", help="people (1)")
+    parser.add_argument(
+        "--scenario",
+        metavar="F",
+        help="they are the remote people of a scenario, who do as it says",
+    )
     parser.add_argument("--seconds", type=float, metavar="S", help="how long (until Ctrl-C)")
     parser.add_argument("--hz", type=float, default=72.0, metavar="F", help="bodies a second (72)")
     parser.add_argument("--seed", type=int, default=0, help="decides everything random")
@@ -114,15 +119,19 @@ def _plan(args: argparse.Namespace) -> CrowdPlan:
     from sim.headset.connection import HubAddress
     from sim.headset.crowd import CrowdPlan
     from sim.headset.faults import read_headset_faults
+    from sim.headset.scripted import scripts_of
+    from sim.scenarios.scenario import load_scenario
 
+    scripts = () if args.scenario is None else scripts_of(load_scenario(args.scenario))
     return CrowdPlan(
         HubAddress(args.url, args.trust),
-        args.clients,
+        (len(scripts) or 1) if args.clients is None else args.clients,
         args.seconds,
         args.seed,
         args.hz,
         read_headset_faults(args.faults),
         not args.no_lines,
+        scripts,
     )
 
 

@@ -81,6 +81,12 @@ def test_memory_of_children_counts_unless_they_are_left_out() -> None:
         child.communicate(b"\n")
 
 
-def test_growth_is_from_the_first_quarter_to_the_end() -> None:
+def test_growth_is_from_the_second_quarter_to_the_last() -> None:
     assert growth_percent([1.0] * 19) is None
-    assert growth_percent([500.0] * 5 + [100.0] * 30 + [110.0] * 5) == pytest.approx(10.0)
+    samples = [500.0] * 10 + [100.0] * 20 + [110.0] * 10
+    assert growth_percent(samples) == pytest.approx(10.0)
+
+
+def test_memory_that_swings_and_keeps_nothing_has_not_grown() -> None:
+    swinging = [100.0 + 10.0 * (second % 15) for second in range(120)]
+    assert abs(growth_percent(swinging) or 0.0) < 1.0

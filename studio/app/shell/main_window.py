@@ -210,6 +210,13 @@ class MainWindow(QMainWindow):
         self._on_document()
         self._on_settings()
 
+    def _stop_listening(self) -> None:
+        """Hear of no change any more: menus and title are about to go."""
+        for callback in (self.menus.refresh, self._on_document, self._on_settings):
+            self.bench.stop_listening(callback)
+        if isinstance(self.bench.history, QtHistory):
+            self.bench.history.stack.indexChanged.disconnect(self._on_document)
+
     # --- what changes ----------------------------------------------------------------------------
 
     def _on_document(self) -> None:
@@ -372,6 +379,7 @@ class MainWindow(QMainWindow):
         layout = base64.b64encode(bytes(self._docks.manager.saveState().data())).decode()
         geometry = base64.b64encode(bytes(self.saveGeometry().data())).decode()
         self.bench.set(layout=layout, geometry=geometry)
+        self._stop_listening()
         self.hide()  # at once, also where the session takes a while to stop
         self.run.close()
         self.plugins.close()

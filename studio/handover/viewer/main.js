@@ -3,11 +3,13 @@ import * as THREE from "three";
 import { CameraControl } from "shared/camera.js";
 import { Panel } from "viewer/panel.js";
 import { Room } from "viewer/room.js";
+import { Detail } from "shared/detail.js";
 import { Sharpness } from "shared/sharpness.js";
 
 const LABEL_RISE_M = 0.2;
 const LONGEST_STEP_S = 0.1;
 const NARROW_PX = 760;
+const SMOOTH_MS = 50; // from one picture to the next, at the longest
 const byId = (id) => document.getElementById(id);
 const started = performance.now();
 const canvas = byId("room");
@@ -141,7 +143,9 @@ function frame(now) {
     moving = false;
     return;
   }
-  sharpness.before(now, moving && !rested);
+  const isMoving = moving && !rested;
+  sharpness.before(now, isMoving);
+  detail.before(now, { isMoving, wantedMs: SMOOTH_MS, isLast: sharpness.isCoarsest });
   moving = dirty;
   dirty = false;
   room.render();
@@ -152,6 +156,8 @@ function frame(now) {
 let drawn = 0;
 let moving = false;
 const sharpness = new Sharpness(room.renderer);
+const detail = new Detail(room.spark, changed);
+detail.watch(room.empty);
 if (window.innerWidth < NARROW_PX) toggleList();
 resize();
 seek(0);

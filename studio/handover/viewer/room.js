@@ -28,7 +28,8 @@ export class Room extends Stage {
   async load(parts, progress) {
     const { data } = this;
     const all = data.objects.length + 1;
-    this.scene.add(await this.#part(parts, data.room_part));
+    this.empty = await this.#part(parts, data.room_part);
+    this.scene.add(this.empty);
     progress(1, all);
     for (const [index, item] of data.objects.entries()) {
       const group = new THREE.Group();

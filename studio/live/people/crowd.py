@@ -74,6 +74,7 @@ class Crowd:
         tokens: the hub's, to make one that has expired.
         say: takes a line for the log.
         trusted: file of the hub's root certificate; None without TLS.
+        scenario: they are its remote people, who do as it says; None for moves by chance.
     """
 
     def __init__(
@@ -87,8 +88,9 @@ class Crowd:
         tokens: Tokens,
         say: Callable[[str], None],
         trusted: Path | None = None,
+        scenario: str | None = None,
     ) -> None:
-        self._trusted = trusted
+        self._trusted, self._scenario = trusted, scenario
         self._hub, self._live_s = hub, live_s
         self._clients, self._seconds = clients, seconds
         self._clock, self._tokens, self._say = clock, tokens, say
@@ -157,6 +159,8 @@ class Crowd:
         words = ["simulate", "quest", self._hub.url, "--code", "-", "--json"]
         if self._trusted is not None:
             words += ["--trust", str(self._trusted)]
+        if self._scenario is not None:
+            words += ["--scenario", self._scenario]
         self._process = ChildProcess(
             module_command("studio.cli", *words, "--clients", str(self._clients)),
             stdin=subprocess.PIPE,

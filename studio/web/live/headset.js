@@ -5,6 +5,7 @@ import { Line } from "shared/shapes.js";
 
 const FEATURES = { requiredFeatures: ["local-floor"], optionalFeatures: ["hand-tracking"] };
 const MAX_STD_DEV = Math.sqrt(5); // of splats, which a headset's graphics are too slow to draw wider
+const USUAL_HZ = 72; // of a headset that does not say: a Quest 3 begins so
 const PUSHED = 0.7;
 const LET_GO = 0.3;
 const TURN = Math.PI / 6;
@@ -46,6 +47,11 @@ export class Headset {
 
   get isOn() {
     return this.session !== null;
+  }
+
+  /** Milliseconds from one of its pictures to the next. */
+  get frameMs() {
+    return 1000 / (this.session?.frameRate ?? USUAL_HZ);
   }
 
   async enter() {

@@ -2,6 +2,7 @@
 import * as THREE from "three";
 import { CameraControl } from "shared/camera.js";
 import { COLOURS, Figure } from "shared/figure.js";
+import { Detail } from "shared/detail.js";
 import { Sharpness } from "shared/sharpness.js";
 import { Board } from "live/board.js";
 import { Headset } from "live/headset.js";
@@ -15,6 +16,7 @@ import { encodeBody } from "live/wire.js";
 const NARROW_PX = 760;
 const BODY_MS = 33; // between two bodies without a headset
 const HEADSET_MS = 9; // the hub takes a hundred bodies a second
+const SMOOTH_MS = 50; // from one picture to the next on a screen, at the longest
 const STILL_MS = 1000; // one who does not move is shown to be here all the same
 const STILL = 5e-4;
 const LABEL_OVER_M = 0.25;
@@ -54,6 +56,7 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
   let seq = 0;
   let sent = { at: -Infinity, numbers: [] };
   const sharpness = new Sharpness(room.renderer);
+  const detail = new Detail(room.spark, changed);
 
   const take = {
     welcome(message) {
@@ -238,6 +241,7 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
     if (xrFrame && headset.isOn) {
       const body = headset.step(xrFrame);
       if (body !== null && now - sent.at > HEADSET_MS && send(body, now)) sent = { at: now, numbers: [] };
+      detail.before(now, { isMoving: true, wantedMs: headset.frameMs, isLast: true });
       room.render();
       drawn += 1;
       return;
@@ -250,7 +254,9 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
       moving = false;
       return;
     }
-    sharpness.before(now, moving && !rested);
+    const isMoving = moving && !rested;
+    sharpness.before(now, isMoving);
+    detail.before(now, { isMoving, wantedMs: SMOOTH_MS, isLast: sharpness.isCoarsest });
     moving = dirty;
     dirty = false;
     room.render();
@@ -264,12 +270,16 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
   if (window.innerWidth < NARROW_PX) toggleList();
   resize();
   room.renderer.setAnimationLoop(frame);
-  const rest = room.loadRest().then(() => { isLoaded = true; changed(); });
+  const rest = room.loadRest().then(() => {
+    if (room.shownRoom !== room.solid) detail.watch(room.shownRoom);
+    isLoaded = true;
+    changed();
+  });
   rest.catch((error) => notice(`The whole room could not be loaded: ${error.message}`));
 
   // For whoever drives this page: the browser's console, and the program's tests.
   window.live = {
-    room, people, board, surfaces, tools, headset, control, link, setMode,
+    room, people, board, surfaces, tools, headset, control, link, setMode, detail,
     drawn: () => drawn,
     isWhole: () => isLoaded,
     sharpness: () => sharpness.shown,

@@ -23,6 +23,11 @@ export class Sharpness {
     this.drawnAt = now;
   }
 
+  /** Whether pictures are as coarse as they get. */
+  get isCoarsest() {
+    return this.step === STEPS.length - 1;
+  }
+
   /** Whether nothing has moved for long enough to draw the last picture again, in full. */
   isDue(now) {
     return this.shown > 0 && now - this.drawnAt > REST_MS;

@@ -255,3 +255,20 @@ def test_what_a_closed_recording_leaves_is_collected_once_nothing_plays(
     assert not window.run.is_busy
     window.bench.announce(Topic.RECORDING)
     until(lambda: collected)
+
+
+def test_a_closed_window_hears_of_no_change_any_more(open_studio, monkeypatch):
+    from studio.app.shell import menus
+
+    window = open_studio()
+    refreshed = []
+    monkeypatch.setattr(menus, "keys_of", lambda *_: refreshed.append(1) or "")
+    monkeypatch.setattr(window, "setWindowTitle", lambda _title: refreshed.append(2))
+    window.menus.refresh()
+    assert refreshed
+    window.close()
+    refreshed.clear()
+    window.bench.change("move", moved(window.bench, 0.4))
+    window.bench.set(theme="light")
+    window.bench.announce(Topic.RECORDING)
+    assert refreshed == []
