@@ -6,6 +6,7 @@ import gc
 import os
 import shutil
 import subprocess
+import sys
 import tempfile
 from collections.abc import Sequence
 from functools import lru_cache
@@ -20,9 +21,22 @@ from scenes.cameras import Camera, pixel_centres
 from scenes.mesh import TexturedMesh
 from scenes.pose import Pose
 
+# Every module, and the hundreds of processes that tests start, would be compiled anew each time.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
+
 settings.register_profile("ci", derandomize=True, deadline=None, max_examples=40, database=None)
 settings.load_profile("ci")
 
+LONGEST = (
+    "tests/golden/",
+    "tests/tracking/test_tracker.py",
+    "tests/tracking/follow/test_redetection.py",
+    "tests/studio/verbs/test_fork.py",
+    "tests/studio/app/shell/",
+    "tests/studio/app/live/",
+)
+"""Beginnings of names of the tests that take longest: half a minute a file and more."""
 AMBIENT, KEY = 0.55, 0.5
 TEMPORARY = ("TMPDIR", "TEMP", "TMP")
 """Variables that name the system's temporary folder."""
@@ -55,6 +69,21 @@ def pytest_configure(config: pytest.Config) -> None:
     os.environ["DISPLAY"] = f":{display}"
     config.add_cleanup(server.wait)
     config.add_cleanup(server.terminate)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Put the files that take longest first: of several test processes none ends long after."""
+    items.sort(key=lambda item: not item.nodeid.startswith(LONGEST))
+
+
+def pytest_collection_finish(session: pytest.Session) -> None:
+    """Leave what stays to the end, modules and tests, out of what is looked through for garbage.
+
+    With ten thousand tests that is most of what there is, and it is looked through at every window
+    that a test closes.
+    """
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture(scope="session", autouse=True)

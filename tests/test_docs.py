@@ -12,6 +12,14 @@ import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
 BUILD = ROOT / "docs" / "api" / "build.py"
+QUICK = (
+    "scenes.cameras",
+    "scenes.frames",
+    "scenes.render.renderer",
+    "sim.scenarios",
+    "tracking.output",
+)
+"""Modules of the quick part: those that the tests and the pages point into. All take a minute."""
 
 
 def build(out: Path, *modules: str) -> subprocess.CompletedProcess[str]:
@@ -25,10 +33,14 @@ def build(out: Path, *modules: str) -> subprocess.CompletedProcess[str]:
     )
 
 
-@pytest.fixture(scope="module")
-def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
+@pytest.fixture(
+    scope="module",
+    params=[QUICK, pytest.param((), marks=pytest.mark.slow)],
+    ids=["some modules", "all modules"],
+)
+def built(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("docs")
-    done = build(out / "out")
+    done = build(out / "out", *request.param)
     assert (done.returncode, done.stderr) == (0, "")
     return out / "out"
 

@@ -4,7 +4,7 @@ Each is simulated once a seed, tracked, and scored by the product's own scores, 
 from one seed to the next a mean changes by half, so that one alone decides nothing. `ceilings.toml`
 says what was measured, where and when, and what is allowed: a quarter more. A change that makes
 tracking better lowers a ceiling by measuring anew; one that makes it worse than a ceiling fails
-here.
+here. The quick part plays the first seed alone.
 """
 
 from __future__ import annotations
@@ -28,6 +28,9 @@ HERE = Path(__file__).parent
 CEILINGS = tomllib.loads((HERE / "ceilings.toml").read_text(encoding="utf-8"))
 REHEARSALS = tuple(CEILINGS["rehearsals"])
 SEEDS = (0, 1, 2, 3)
+ALONE = 1.5
+"""Times what all seeds have measured is allowed where one is played alone: as far as the worst of
+the four goes."""
 MISSED = {("lab", "stool", "world_cm_p95")}
 """Ceilings that are not kept: in one seed a stool's yaw drifts and takes its place along."""
 APART_M = 0.3
@@ -36,16 +39,18 @@ APART_M = 0.3
 pytestmark = [pytest.mark.golden, pytest.mark.timeout(900)]
 
 
-@pytest.fixture(scope="session", params=REHEARSALS)
-def rehearsals(request, tmp_path_factory):
-    """A rehearsal played once a seed: recordings, truth and tracks by frame, and scores."""
-    return [played(request.param, seed, tmp_path_factory.mktemp("golden")) for seed in SEEDS]
+@pytest.fixture(scope="module", params=REHEARSALS)
+def rehearsal(request, tmp_path_factory):
+    """A rehearsal of the first seed: its recording, truth and tracks by frame, and scores."""
+    return played(request.param, SEEDS[0], tmp_path_factory.mktemp("golden"))
 
 
-@pytest.fixture
-def rehearsal(rehearsals):
-    """That of the first seed."""
-    return rehearsals[0]
+@pytest.fixture(scope="module")
+def rehearsals(rehearsal, tmp_path_factory):
+    """The same rehearsal once a seed."""
+    room = rehearsal.room
+    rest = (played(room, seed, tmp_path_factory.mktemp("golden")) for seed in SEEDS[1:])
+    return [rehearsal, *rest]
 
 
 def played(room, seed, folder):
@@ -141,21 +146,32 @@ def test_every_ceiling_is_a_quarter_above_what_was_measured():
                 assert figure["ceiling"] == pytest.approx(1.25 * figure["measured"], rel=0.02)
 
 
-def test_errors_stay_under_their_ceilings(rehearsals):
+def above(rehearsals, *, times=1.0):
+    """Figures above so many times their ceilings, one line each."""
     room = rehearsals[0].room
-    wanted = CEILINGS["rehearsals"][room]["kinds"]
-    found = measured(rehearsals)
+    wanted, found = CEILINGS["rehearsals"][room]["kinds"], measured(rehearsals)
     print(room, found)
     assert set(found) == set(wanted), "other kinds of objects moved than the table knows"
-    above = [
-        f"{room}.{kind}.{name}: {found[kind][name]:.3f}, ceiling {figure['ceiling']}"
+    return [
+        f"{room}.{kind}.{name}: {found[kind][name]:.3f}, ceiling {times * figure['ceiling']:.3f}"
         for kind, figures in wanted.items()
         for name, figure in figures.items()
-        if not found[kind][name] <= figure["ceiling"] and (room, kind, name) not in MISSED
+        if not found[kind][name] <= times * figure["ceiling"] and (room, kind, name) not in MISSED
     ]
-    assert not above, "; ".join(above)
 
 
+def test_errors_of_one_seed_stay_under_half_more_than_measured(rehearsal):
+    too_high = above([rehearsal], times=ALONE / 1.25)
+    assert not too_high, "; ".join(too_high)
+
+
+@pytest.mark.slow
+def test_errors_stay_under_their_ceilings(rehearsals):
+    too_high = above(rehearsals)
+    assert not too_high, "; ".join(too_high)
+
+
+@pytest.mark.slow
 @pytest.mark.xfail(strict=True, reason="a stool's p95 is 1.58 cm over four seeds: its yaw drifts")
 def test_ceilings_that_are_missed(rehearsals):
     room = rehearsals[0].room
@@ -167,17 +183,25 @@ def test_ceilings_that_are_missed(rehearsals):
         assert found[kind][name] <= wanted[kind][name]["ceiling"]
 
 
-def test_every_kind_moved_for_long_enough_to_be_judged(rehearsals):
-    for kind, figures in measured(rehearsals).items():
-        assert figures["frames"] >= CEILINGS["rehearsals"][rehearsals[0].room]["least_frames"], kind
-
-
-def test_nothing_is_lost_and_no_track_changes_its_object(rehearsals):
+def check_moved_and_kept(rehearsals):
+    """Whether every kind moved for long enough to be judged, and no track was lost or exchanged."""
     allowed = CEILINGS["rehearsals"][rehearsals[0].room]
+    for kind, figures in measured(rehearsals).items():
+        assert figures["frames"] * len(SEEDS) >= allowed["least_frames"] * len(rehearsals), kind
     assert sum(map(lost_frames, rehearsals)) <= allowed["lost_frames"]
     assert sum(map(switches, rehearsals)) <= allowed["switches"]
 
 
+def test_every_kind_moves_nothing_is_lost_and_no_track_changes_its_object(rehearsal):
+    check_moved_and_kept([rehearsal])
+
+
+@pytest.mark.slow
+def test_in_no_seed_is_anything_lost_or_exchanged(rehearsals):
+    check_moved_and_kept(rehearsals)
+
+
+@pytest.mark.slow
 def test_an_exact_replay_reproduces_every_track(rehearsal):
     plan = SessionPlan(recording=rehearsal.recording, methods=("own",))
     again = {}

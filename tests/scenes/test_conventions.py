@@ -98,24 +98,33 @@ def test_there_is_something_to_look_at():
     )
 
 
-@pytest.mark.parametrize("path", SOURCES, ids=relative)
-def test_names_of_poses_say_from_what_to_what(path):
-    if relative(path) in GENERIC:
-        return
-    wrong = [
-        f"{relative(path)}:{line} {name}"
-        for line, name in pose_names(ast.parse(path.read_text(encoding="utf-8")))
+@pytest.fixture(scope="module")
+def found():
+    """Poses' names and lines with axis flips of every source file, by its name."""
+    said = {}
+    for path in SOURCES:
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        said[relative(path)] = pose_names(tree), axis_matrices(tree)
+    return said
+
+
+def test_names_of_poses_say_from_what_to_what(found):
+    assert not [
+        f"{source}:{line} {name}"
+        for source, (names, _) in found.items()
+        if source not in GENERIC
+        for line, name in names
         if not POSE_NAME.fullmatch(name)
     ]
-    assert not wrong
 
 
-@pytest.mark.parametrize("path", SOURCES, ids=relative)
-def test_axis_flips_are_written_in_frames_only(path):
-    if relative(path) == "scenes/frames.py":
-        return
-    lines = axis_matrices(ast.parse(path.read_text(encoding="utf-8")))
-    assert not [f"{relative(path)}:{line}" for line in lines]
+def test_axis_flips_are_written_in_frames_only(found):
+    assert not [
+        f"{source}:{line}"
+        for source, (_, lines) in found.items()
+        if source != "scenes/frames.py"
+        for line in lines
+    ]
 
 
 @pytest.mark.parametrize(

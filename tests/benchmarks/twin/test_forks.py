@@ -7,6 +7,7 @@ from benchmarks.twin.forks import INSTANTS_S, SCENARIO, measure_forks
 from sim.scenarios.scenario import parse_scenario
 
 
+@pytest.mark.slow  # tests/studio/verbs/test_fork.py forks in the middle of a smaller session
 def test_forks_are_identical_in_the_middle_of_things(tmp_path):
     (row,) = measure_forks(tmp_path, instants_s=(2.6,))
     assert (row.name, row.value, row.passed) == ("twin.fork_identical", 1.0, True)

@@ -96,12 +96,12 @@ def test_the_same_scenario_changes_nothing_at_ten_instants_on_the_way(small_room
     assert_same(play(small_room, *((t_s, TEXT) for t_s in instants)), whole)
 
 
-@pytest.mark.parametrize("t_s", [2.6])
-def test_the_same_scenario_changes_nothing_at_one_instant(small_room, whole, t_s):
-    assert_same(play(small_room, (t_s, TEXT)), whole)
+@pytest.mark.slow
+def test_the_same_scenario_changes_nothing_at_one_instant(small_room, whole):
+    assert_same(play(small_room, (2.6, TEXT)), whole)
 
 
-@pytest.mark.parametrize("t_s", [2.0, 2.53])
+@pytest.mark.parametrize("t_s", [pytest.param(2.0, marks=pytest.mark.slow), 2.53])
 def test_frames_before_the_instant_are_the_same_and_what_is_held_is_let_go(small_room, whole, t_s):
     """`cem` carries the book then; the new list is a walk."""
     other = TEXT.replace(

@@ -8,7 +8,7 @@ import pytest
 
 @pytest.fixture(autouse=True)
 def deleted():
-    """Delete what earlier tests have closed, which Qt leaves to an event loop that none has.
+    """Delete what earlier tests have left to be deleted, for which Qt waits for an event loop.
 
     Every window and dock that is left makes a change of theme or text size slower for all that come
     later: 15 windows of 900 widgets each made it eight times as slow.
@@ -28,6 +28,6 @@ def until(qapp):
         while not condition():
             assert time.monotonic() < deadline, f"not there in {limit_s} s"
             qapp.processEvents()
-            time.sleep(0.002)
+            time.sleep(0.005)
 
     return wait

@@ -92,7 +92,7 @@ def test_a_recording_is_scrubbed_by_mouse_and_jumped_through_by_key(window, look
     assert dock.playback.t_ns == 400_000_000
 
 
-@pytest.mark.parametrize("text_scale", [1.0, 1.5])
+@pytest.mark.parametrize("text_scale", [pytest.param(1.0, marks=pytest.mark.slow), 1.5])
 def test_nothing_scrolls_sideways_in_the_smallest_usual_window(window, text_scale):
     from PySide6.QtWidgets import QAbstractScrollArea, QPlainTextEdit, QTabWidget
 

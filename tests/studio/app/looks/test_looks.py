@@ -42,7 +42,7 @@ def golden(theme, name):
     return GOLDEN / f"{theme}-{name}.jpg"
 
 
-@pytest.fixture(scope="module", params=["dark", "light"])
+@pytest.fixture(scope="module", params=["dark", pytest.param("light", marks=pytest.mark.slow)])
 def taken(request, qapp, looks_recording, tmp_path_factory):
     """All pictures of a theme by name, and the stage they were taken on."""
     stage = open_stage(

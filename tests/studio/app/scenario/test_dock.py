@@ -28,6 +28,7 @@ def dock(qtbot):
     qtbot.waitUntil(lambda: made._plan is not None and made._plan.floor is not None, timeout=20000)
     yield made
     made.close()
+    made.deleteLater()
 
 
 def scenario(dock):

@@ -48,6 +48,7 @@ def make_page(qapp):
     yield make
     for view in over:
         view.close()
+        view.deleteLater()
     apply_theme(qapp, "dark", 1.0)
     qapp.setProperty("nexus theme", None)
 

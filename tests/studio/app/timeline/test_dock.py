@@ -37,6 +37,7 @@ def dock(bench):
     made.show()
     yield made
     made.close()
+    made.deleteLater()
 
 
 @pytest.fixture

@@ -21,6 +21,7 @@ def dock(bench, qtbot):
     made.show()
     yield made
     made.close()
+    made.deleteLater()
 
 
 def rows(dock):

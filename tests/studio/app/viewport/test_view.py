@@ -60,6 +60,7 @@ def view(bench, qapp):
     made.show()
     yield made
     made.close()
+    made.deleteLater()
     drawings.close()
 
 

@@ -55,6 +55,8 @@ px = 3.0 # later
 from_s = 6.0
 """
 TEXTS = {**SHIPPED, "odd": ODD}
+LONG = ("lab-layout", "lab-rearrange", "tangram-lesson")
+NAMES = [pytest.param(name, marks=[pytest.mark.slow] * (name in LONG)) for name in TEXTS]
 METRES = st.floats(-2.0, 2.0).map(lambda v: round(v, 3))
 OBJECTS, PEOPLE = ("chair-1", "book-1"), ("ben",)
 
@@ -73,7 +75,7 @@ def only_within(before, after, start, end):
     return before[:start] == after[:start] and (not tail or before[-tail:] == after[-tail:])
 
 
-@pytest.mark.parametrize("name", TEXTS)
+@pytest.mark.parametrize("name", NAMES)
 def test_every_value_is_found_where_it_is_written(name):
     text = TEXTS[name]
 
@@ -90,7 +92,7 @@ def test_every_value_is_found_where_it_is_written(name):
     walk(tomllib.loads(text), ())
 
 
-@pytest.mark.parametrize("name", TEXTS)
+@pytest.mark.parametrize("name", NAMES)
 @settings(max_examples=8)
 @given(x=METRES, y=METRES)
 def test_a_person_moves_and_nothing_else(name, x, y):
@@ -104,7 +106,7 @@ def test_a_person_moves_and_nothing_else(name, x, y):
     assert edits.with_person_at(text, person.person_id, *person.start) == text
 
 
-@pytest.mark.parametrize("name", TEXTS)
+@pytest.mark.parametrize("name", NAMES)
 @settings(max_examples=15)
 @given(data=st.data())
 def test_actions_are_put_in_moved_and_taken_out(name, data):
@@ -130,7 +132,7 @@ def test_actions_are_put_in_moved_and_taken_out(name, data):
     assert sorted(comments(moved)) == sorted(comments(text))
 
 
-@pytest.mark.parametrize("name", TEXTS)
+@pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("fault", FAULT_FIELDS)
 def test_every_fault_is_added_changed_and_removed(name, fault):
     text = edits.without_fault(TEXTS[name], fault)
@@ -156,7 +158,7 @@ def test_all_kinds_of_the_simulator_have_a_form():
     assert set(FAULT_FIELDS) == {kind.name for kind in (*NUMBERS, *LINES)}
 
 
-@pytest.mark.parametrize("name", TEXTS)
+@pytest.mark.parametrize("name", NAMES)
 def test_people_come_and_go(name):
     text = TEXTS[name]
     added = edits.with_person(text, "zoe", 0.5, -0.5)

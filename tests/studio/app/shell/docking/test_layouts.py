@@ -68,7 +68,7 @@ def test_the_first_layout_has_the_same_shares_in_any_window(desk):
     assert not any(texts), "names of tabs are whole"
 
 
-@pytest.mark.parametrize("size", [(1000, 660), (1560, 960)])
+@pytest.mark.parametrize("size", [(1000, 660), pytest.param((1560, 960), marks=pytest.mark.slow)])
 def test_an_empty_timeline_is_low_in_a_window_of_any_size_and_shows_all_it_says(desk, size):
     resize(desk, *size)
     assert height(desk) == EMPTY_PX

@@ -58,6 +58,7 @@ def grid(bench, qapp):
     made.show()
     yield made
     made.close()
+    made.deleteLater()
 
 
 def inset(grid, source):
