@@ -17,6 +17,7 @@ from typing import Any, cast
 import numpy as np
 
 from benchmarks.wire.fuzz_people import people_targets
+from benchmarks.wire.fuzz_sites import site_targets
 from benchmarks.wire.fuzz_streams import stream_targets
 from benchmarks.wire.hostile import hostile_bytes
 from devices.clock import ManualClock
@@ -186,6 +187,7 @@ def targets() -> Mapping[str, FuzzTarget]:
         "OSC requests": FuzzTarget(requests, partial(_answer_osc, camera), wire),
         **{name: FuzzTarget(*parts) for name, parts in stream_targets(PICTURE).items()},
         **{name: FuzzTarget(*parts) for name, parts in people_targets().items()},
+        **{name: FuzzTarget(*parts) for name, parts in site_targets().items()},
     }
 
 
