@@ -11,6 +11,8 @@ import numpy as np
 
 from devices.hub.entry.tokens import Ticket, TokenRefused, Tokens
 from devices.hub.fields import MessageError, read_object
+from devices.hub.media.offer import OfferError, clean_offer, read_offer
+from devices.hub.media.voice_wire import Voice, decode_voice, encode_voice
 from devices.hub.messages import Do, OpError, clean_name, read_message
 from devices.hub.roles import Role
 from devices.hub.things.board import Board
@@ -76,8 +78,31 @@ TEXTS: tuple[dict[str, Any], ...] = (
     {"kind": "seen", "version": 3},
     {"kind": "ping", "t_us": 12.5},
     {"kind": "hello", "token": "t", "name": "Anna", "log_seq": 3},
+    {"kind": "media", "voice": "socket", "microphone": True, "videos": ["p1/tv"]},
+    {"kind": "offer", "sdp": "v=0"},
 )
 """Everything that clients say in text."""
+
+OFFER = "\r\n".join(
+    (
+        "v=0",
+        "m=audio 9 UDP/TLS/RTP/SAVPF 111",
+        "a=candidate:1 1 udp 2113937151 f00f.local 50123 typ host",
+        "a=ice-ufrag:4ZcD",
+        "a=ice-pwd:FyI7SBP3LySPGxNVL9fFVFPW",
+        f"a=fingerprint:sha-256 {':'.join(['AB'] * 32)}",
+        "a=mid:0",
+        "a=extmap:1 urn:ietf:params:rtp-hdrext:ssrc-audio-level",
+        "a=sendonly",
+        "a=rtpmap:111 opus/48000/2",
+        "a=ssrc:3570614608 cname:a",
+    )
+)
+"""A microphone as browsers offer it."""
+
+
+VOICE = Voice(3, 2880, 20, bytes([120]) + bytes(40))
+"""A moment of 20 ms."""
 
 
 def people_targets() -> Mapping[str, PeopleTarget]:
@@ -90,6 +115,8 @@ def people_targets() -> Mapping[str, PeopleTarget]:
     return {
         "bodies": (bodies, _read_body, (WireError,)),
         "bundles of bodies": (bundles, _read_bundle, (WireError,)),
+        "voices": ((encode_voice(VOICE),), _read_voice, (WireError,)),
+        "offers of WebRTC": ((OFFER.encode(),), _read_offer, (OfferError,)),
         "texts of people": (valid_texts(), _Reading().read, (MessageError, OpError)),
         "requests to pair": (pairing, _read_pairing, (MessageError,)),
         "tokens": (
@@ -119,6 +146,16 @@ def _read_body(data: bytes) -> None:
     """As the hub does, and then the session: one that is let through can be decoded."""
     check_body(data)
     decode_body(data)
+
+
+def _read_voice(data: bytes) -> None:
+    if encode_voice(decode_voice(data)) != data:
+        raise AssertionError("a voice does not give the bytes back")
+
+
+def _read_offer(data: bytes) -> None:
+    """As the hub does: what our side gets is an offer that can be read."""
+    read_offer(clean_offer(read_offer(data.decode("utf-8", "replace")), "127.0.0.1"))
 
 
 def _read_bundle(data: bytes) -> None:

@@ -320,7 +320,7 @@ def test_what_the_session_draws_goes_to_the_log_and_comes_not_back(room):
 
 def test_latency_is_shown(room):
     guest, _outbox, _ = room.join()
-    room.session.measure(guest, 12_500_000)
+    guest.measure(12_500_000)
     assert room.session.people(0)[0].latency_ms == 12.5
 
 

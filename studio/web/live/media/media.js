@@ -9,6 +9,7 @@ import { Speakers } from "live/media/speakers.js";
 const LOOK_MS = 250;
 const LATE_MS = 8000; // without a connection for so long, WebRTC is taken for blocked
 const BROKEN_MS = 1500; // a connection that stutters for longer is given up
+const UNUSED_MS = 60000; // a connection that nobody needs for so long is closed
 const WAITS_MS = [5000, 10000, 20000, 40000];
 const byId = (id) => document.getElementById(id);
 
@@ -21,7 +22,7 @@ export class Media {
     this.microphone = new Microphone();
     this.socketVoice = new SocketVoice(page.link, this.speakers);
     this.connection = null;
-    this.settings = { rtc: false, recorded: false, voices: 0, videos: 0 };
+    this.settings = { rtc: false, why: "", recorded: false, voices: 0, videos: 0 };
     this.list = [];
     this.you = null;
     this.maySpeak = false;
@@ -29,6 +30,7 @@ export class Media {
     this.tries = 0;
     this.notBefore = 0;
     this.lookedAt = -Infinity;
+    this.neededAt = -Infinity;
     this.isBlocked = false;
     this.speaking = new Set();
     byId("microphone").addEventListener("click", () => this.toggleMicrophone());
@@ -151,9 +153,15 @@ export class Media {
     if (!this.link.isOpen) return;
     const { connection } = this;
     const isNeeded = this.#isNeeded();
-    if (isNeeded) this.speakers.start();
-    if (connection === null) {
-      if (isNeeded && this.settings.rtc && now >= this.notBefore) this.#connect(now);
+    if (isNeeded) {
+      this.neededAt = now;
+      this.speakers.start();
+    }
+    if (connection !== null && now - this.neededAt > UNUSED_MS) {
+      this.#drop();
+      this.link.say({ kind: "offer", sdp: "" });
+    } else if (connection === null) {
+      if (isNeeded && this.settings.rtc && now >= this.notBefore) this.#connect();
     } else if (connection.state === "connected") {
       this.tries = 0;
     } else if (now - connection.changedAt > (connection.wasConnected ? BROKEN_MS : LATE_MS)) {
@@ -161,13 +169,14 @@ export class Media {
     }
     this.screens.step(now, this.isConnected);
     this.#tell();
-    const isSlow = isNeeded && this.isBlocked && !this.isConnected;
+    const isSlow = isNeeded && !this.isConnected && (this.isBlocked || !this.settings.rtc);
     byId("slow").hidden = !isSlow;
+    byId("slow").title = this.settings.why || "This network lets no WebRTC through; it is tried again";
     byId("slow").textContent = canDecode() || !isSlow ? "voice and surfaces over the slower way"
       : "no voice: this browser and network let none through";
   }
 
-  #connect(now) {
+  #connect() {
     if (!window.RTCPeerConnection) {
       this.isBlocked = true;
       this.notBefore = Infinity;
@@ -181,7 +190,7 @@ export class Media {
       },
       changed: () => this.#changed(),
     });
-    this.connection.offer(this.microphone.track).catch(() => this.#failed(now));
+    this.connection.offer(this.microphone.track).catch(() => this.#failed());
   }
 
   #changed() {

@@ -52,10 +52,10 @@ export class Screens {
   }
 
   clear() {
-    for (const { video, texture } of this.places.map((place) => Object.assign(place, { isOver: true }))) {
-      video.srcObject = null;
-      // The board keeps the last picture until the next comes over the WebSocket.
-      void texture;
+    // A board keeps the last picture until the next comes over the WebSocket.
+    for (const place of this.places) {
+      place.isOver = true;
+      place.video.srcObject = null;
     }
     this.places = [];
     this.ids = [];
