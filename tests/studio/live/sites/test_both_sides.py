@@ -181,3 +181,22 @@ def test_somebody_who_joins_late_gets_all_of_it(building):
 
     play(building, script)
     assert building.site.status().about.scene == "lab"
+
+
+def test_a_room_that_is_not_heard_is_lost_until_it_is_heard_again(building):
+    async def script(here, there, until):
+        building.change(tracked("chair", 1.0))
+        await until(lambda: "chair" in there.objects and len(there.people) == 2)
+        end = asyncio.get_running_loop().time() + 5.0
+        while there.objects["chair"][7] != "lost":
+            assert asyncio.get_running_loop().time() < end, "it did not happen in time"
+            building.site.turn()
+            await asyncio.sleep(0.01)
+        assert not building.site.status().is_reached
+        assert "the room is not reached" in building.said
+        building.site.turn()
+        await until(lambda: there.objects["chair"][7] == "tracked" and len(there.people) == 2)
+        assert building.site.status().is_reached
+        assert here.names == {"p1": "Ann", "north.p1": "Ben"}
+
+    play(building, script)
