@@ -58,7 +58,8 @@ def dense(skeleton):
         chains += [[wrist, *(at[:, first + 3 * f + k] for k in range(3))] for f in range(5)]
         for chain in chains:
             for a, b in pairwise(chain):
-                found += [a + t * (b - a) for t in np.linspace(0.0, 1.0, 26)]
+                steps = 26 if chain[0] is elbow else 6
+                found += [a + t * (b - a) for t in np.linspace(0.0, 1.0, steps)]
     return np.stack(found, axis=1)
 
 
@@ -83,13 +84,16 @@ def people_in(solids, rng, count):
 
 
 @pytest.mark.parametrize(
-    "count", [500, pytest.param(10_000, marks=pytest.mark.slow)], ids=["few", "many"]
+    "seeds", [1, pytest.param(20, marks=pytest.mark.slow)], ids=["few", "many"]
 )
 @pytest.mark.parametrize("name", ["lab", "desk"])
-def test_nobody_s_arm_goes_through_furniture(name, count):
-    room = unlit_room(name)
-    solids = solids_of(room.solids)
-    goals = people_in(solids, np.random.default_rng(7), count)
+def test_nobody_s_arm_goes_through_furniture(name, seeds):
+    solids = solids_of(unlit_room(name).solids)
+    for seed in range(seeds):
+        assert_clear(solids, people_in(solids, np.random.default_rng(seed), 500))
+
+
+def assert_clear(solids, goals):
     _, free = solve_bodies(None, goals)
     _, skeleton = solve_bodies(None, goals, solids=solids)
     through = (solids.depths(dense(free)).max(axis=1) > MAX_DEPTH_M).mean()

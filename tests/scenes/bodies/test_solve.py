@@ -11,8 +11,11 @@ from scenes.bodies.goals import unknown
 from scenes.bodies.hands import FINGERS, RELAXED, fingers, rest_palm
 from scenes.bodies.skeleton import (
     ELBOW,
+    HIP_ABDUCTION,
+    HIP_FLEXION,
     HUMERAL_TWIST,
     KNEE,
+    SIDES,
     Bone,
     arm_rows,
     leg_rows,
@@ -20,7 +23,7 @@ from scenes.bodies.skeleton import (
 from scenes.bodies.solids import MAX_DEPTH_M, Solids
 from scenes.bodies.solve import solve_bodies
 from scenes.bodies.torso import rotation_of
-from scenes.bodies.vectors import across, cross, dot, length, turned, unit, yaw_rotation
+from scenes.bodies.vectors import across, back, cross, dot, length, turned, unit, yaw_rotation
 
 COUNT = 10_000
 SLACK_RAD = 1e-6
@@ -251,3 +254,41 @@ def test_who_hovers_has_hanging_legs_and_who_is_low_bends():
     assert feet[2].max() < 0.08
     knees = [float(bends(skeleton, *(leg_rows(b)[0] for b in (13, 14, 15)))[k]) for k in (0, 2)]
     assert knees[0] < 0.5 < knees[1]
+
+
+def hips(skeleton):
+    """Flexion and abduction of both thighs, (N, 2) each, radians."""
+    thigh, knee = (skeleton.origins[:, leg_rows(bone)] for bone in (Bone.THIGH, Bone.SHIN))
+    local = back(skeleton.rotations[:, [Bone.PELVIS]], unit(knee - thigh))
+    flexion = np.arctan2(local[..., 0], -local[..., 2])
+    return flexion, np.arcsin(np.clip(local[..., 1] * SIDES, -1.0, 1.0))
+
+
+def test_thighs_stay_within_what_hips_do(solved):
+    _, skeleton = solved
+    flexion, abduction = hips(skeleton)
+    assert HIP_FLEXION.excess(flexion).max() < 1e-4
+    assert HIP_ABDUCTION.excess(abduction).max() < 1e-4
+    assert flexion.max() > 0.95 * HIP_FLEXION.high, "some squat as deep as they can"
+
+
+def test_who_dashes_about_keeps_hips_and_knees_within_limits_and_feet_on_the_floor():
+    rng = np.random.default_rng(1)
+    goals, state = unknown(100), None
+    place, yaw, height = np.zeros((100, 2)), np.zeros(100), np.full(100, 1.6)
+    for k in range(240):
+        if k % 40 == 0:
+            speed, spin = rng.normal(0, 0.9, (100, 2)), rng.normal(0, 1.5, 100)
+            low, pitch = rng.uniform(0.75, 1.7, 100), rng.uniform(-0.8, 1.2, 100)
+        place, yaw = place + speed / 72, yaw + spin / 72
+        height = height + np.clip(low - height, -1 / 72, 1 / 72)
+        goals.eyes[:, :2], goals.eyes[:, 2] = place, height
+        goals.heads[:] = rotation_of(yaw, pitch, roll=0 * yaw)
+        state, skeleton = solve_bodies(state, goals, dt_s=1 / 72)
+        flexion, abduction = hips(skeleton)
+        assert HIP_FLEXION.excess(flexion).max() < 1e-4
+        assert HIP_ABDUCTION.excess(abduction).max() < 1e-4
+        for side in (0, 1):
+            leg = [leg_rows(bone)[side] for bone in (Bone.THIGH, Bone.SHIN, Bone.FOOT)]
+            assert KNEE.excess(bends(skeleton, *leg)).max() < 1e-4
+        assert skeleton.origins[:, leg_rows(Bone.FOOT), 2].min() > 0.02
