@@ -126,6 +126,7 @@ def test_a_voice_arrives_by_webrtc_and_the_muted_are_silent(pages, hub):
     assert hub._media.process_id is None, "nobody speaks: nothing of it runs"
     assert speak_and_listen(pages, "rtc") < 600
     ben.wait_for("live.media.speaking.has('p1')")
+    ben.wait_for("live.people.byId.get('p1').isSpeaking")
     ben.wait_for("document.querySelector('#people [data-voice=speaks]') !== null", seconds=30)
     assert any(person.is_speaking or person.has_microphone for person in hub.people())
 

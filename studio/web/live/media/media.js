@@ -232,8 +232,7 @@ export class Media {
   #mark() {
     for (const person of this.list) {
       const isSpeaking = this.speaking.has(person.id);
-      const known = this.people.byId.get(person.id);
-      if (known) known.speaking = isSpeaking;
+      this.people.setSpeaking(person.id, isSpeaking);
       const row = this.panel.rows.get(person.id);
       if (row) row.dataset.voice = isSpeaking ? "speaks" : person.microphone ? "on" : "";
       if (person.id === this.you) byId("microphone").classList.toggle("speaks", isSpeaking);
