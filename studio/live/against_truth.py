@@ -144,8 +144,10 @@ def bump_rows(
         truth: of the camera.
         noticed_ns: wall times at which the session said that the camera had moved.
     """
-    first, last = published[0].published_ns, published[-1].published_ns
-    bumps = [t for t in bump_times(truth) if first < t < last - SETTLED_S * 1e9]
+    first, last = published[0].published_ns, published[-1]
+    # The last picture may have come before a bump and be published late after it.
+    until = min(last.published_ns - SETTLED_S * 1e9, last.arrived_ns)
+    bumps = [t for t in bump_times(truth) if first < t < until]
     waits: list[float] = []
     moved_cm: list[float] = []
     for bump_ns in bumps:

@@ -133,6 +133,14 @@ def test_a_bump_while_nothing_arrives_counts_from_the_next_picture():
     assert row.value == pytest.approx((noticed[0] - published[60].arrived_ns) / 1e9)
 
 
+def test_a_bump_after_the_last_picture_that_is_published_late_is_not_judged():
+    truth = truth_of(120, bump_at=40)
+    early = published_of(truth[:40])
+    late = [*early[:-1], replace(early[-1], published_ns=early[-1].published_ns + 60 * S)]
+    row = value(bump_rows(late, truth, []), "live.bump.noticed_s")
+    assert row.value is None or math.isnan(row.value)
+
+
 def test_lenses_are_compared_over_their_circle():
     lens = Fisheye.from_fov(1440, math.radians(200.0))
     shifted = Fisheye(1440, 1440, lens.f_px, lens.cx + 0.3, lens.cy, lens.max_angle)
