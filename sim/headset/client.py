@@ -7,7 +7,7 @@ import struct
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import aiohttp
 import numpy as np
@@ -25,9 +25,11 @@ from sim.headset.doings import doings
 from sim.headset.faults import HeadsetFault, HeadsetState, headset_state
 from sim.headset.moves import Moves, filmed, place_in_film
 from sim.headset.room_download import RoomDownload
-from sim.headset.scripted import Script, ScriptedPerson
 from sim.headset.speech import NO_SPEECH, Speaking, Speech
 from sim.headset.tally import Tally
+
+if TYPE_CHECKING:
+    from sim.headset.scripted import Script, ScriptedPerson
 
 RATE_HZ = 72.0
 """Bodies a second: the display rate of a Quest 3."""
@@ -102,7 +104,7 @@ class HeadsetClient:
     ) -> None:
         self._http, self._plan, self._tally, self._now_ns = http, plan, tally, now_ns
         self._random = np.random.default_rng(plan.moves.seed)
-        self._scripted = None if plan.script is None else ScriptedPerson(plan.script)
+        self._scripted = None if plan.script is None else plan.script.person()
         self._film = filmed(plan.moves, plan.rate_hz) if self._scripted is None else []
         self._token, self._log_seq = "", 0
         self._room = RoomDownload(http, plan.address)

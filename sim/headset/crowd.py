@@ -6,6 +6,7 @@ import asyncio
 from collections.abc import AsyncIterator, Callable
 from contextlib import suppress
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import aiohttp
 
@@ -13,9 +14,11 @@ from sim.headset.client import RATE_HZ, ClientPlan, HeadsetClient
 from sim.headset.connection import HubAddress, HubRefusedError
 from sim.headset.faults import HeadsetFault
 from sim.headset.moves import Moves
-from sim.headset.scripted import Script
 from sim.headset.speech import NO_SPEECH, Speech
 from sim.headset.tally import Tally
+
+if TYPE_CHECKING:
+    from sim.headset.scripted import Script
 
 MAX_CLIENTS = 256
 """People of one process: as many connections as a hub takes."""

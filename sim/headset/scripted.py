@@ -33,6 +33,10 @@ class Script:
     settings: RemoteSettings
     duration_s: float
 
+    def person(self) -> ScriptedPerson:
+        """Return somebody who plays the part from its beginning."""
+        return ScriptedPerson(self)
+
 
 class ScriptedPerson:
     """Somebody who plays a part in the room as the studio shows it.

@@ -16,6 +16,7 @@ from scenes.workers.task import Task
 
 if TYPE_CHECKING:
     from sim.headset.crowd import CrowdPlan
+    from sim.headset.scripted import Script
     from sim.headset.tally import Tally
     from studio.console.rows import Row
 
@@ -125,11 +126,9 @@ def _plan(args: argparse.Namespace) -> CrowdPlan:
     from sim.headset.connection import HubAddress
     from sim.headset.crowd import CrowdPlan
     from sim.headset.faults import read_headset_faults
-    from sim.headset.scripted import scripts_of
     from sim.headset.speech import Speech
-    from sim.scenarios.scenario import load_scenario
 
-    scripts = () if args.scenario is None else scripts_of(load_scenario(args.scenario))
+    scripts = () if args.scenario is None else _scripts(args.scenario)
     return CrowdPlan(
         HubAddress(args.url, args.trust),
         (len(scripts) or 1) if args.clients is None else args.clients,
@@ -141,6 +140,14 @@ def _plan(args: argparse.Namespace) -> CrowdPlan:
         scripts,
         speech=Speech(args.speakers, args.rtc),
     )
+
+
+def _scripts(scenario: str) -> tuple[Script, ...]:
+    """Return the parts of a scenario's remote people."""
+    from sim.headset.scripted import scripts_of
+    from sim.scenarios.scenario import load_scenario
+
+    return scripts_of(load_scenario(scenario))
 
 
 async def _play(plan: CrowdPlan, args: argparse.Namespace) -> Tally:
@@ -178,6 +185,8 @@ async def _codes(args: argparse.Namespace, over: asyncio.Event) -> AsyncIterator
             asyncio.run_coroutine_threadsafe(waiting.put(""), loop)
 
     Task("codes", read).start()
+    if not args.json:
+        print("waiting for codes, one a line", file=sys.stderr, flush=True)
     over_soon = asyncio.create_task(over.wait())
     while True:
         line = asyncio.create_task(waiting.get())

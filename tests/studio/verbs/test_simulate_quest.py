@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 
 import numpy as np
 import pytest
@@ -113,7 +114,10 @@ def test_somebody_who_waits_for_a_code_ends_at_once(room):
         environment=module_environment(),
     )
     try:
-        child.wait(2.0)
+        deadline = time.monotonic() + 30
+        while "waiting for codes" not in " ".join(child.last_words()):
+            assert time.monotonic() < deadline
+            child.wait(0.05)
         child.cancel()
         assert child.join(5)
         assert "0 for 1 people" in " ".join(child.last_words())
