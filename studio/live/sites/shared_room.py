@@ -138,11 +138,12 @@ class SharedRoom:
         with self._lock:
             lines, surfaces, events = self._people.changes()
             avatars = self._people.avatars()
-        return Arrived(
-            (*own.avatars, *avatars),
-            (*own.lines, *lines),
-            (*own.surfaces, *surfaces),
-            (*own.events, *events),
+        return replace(
+            own,
+            avatars=(*own.avatars, *avatars),
+            lines=(*own.lines, *lines),
+            surfaces=(*own.surfaces, *surfaces),
+            events=(*own.events, *events),
         )
 
     def sites(self) -> tuple[str, ...]:
