@@ -33,6 +33,9 @@ CAMERA_FROM_AHEAD = _axes((0, -1, 0), (0, 0, -1), (1, 0, 0))
 WORLD_FROM_BOARD_FACING_X = _axes((0, 0, 1), (1, 0, 0), (0, 1, 0))
 """A board (x right, y up, z out of it) that stands upright and faces world +X."""
 
+ARROW_FROM_CYLINDER = _axes((0, 0, 1), (0, 1, 0), (-1, 0, 0))
+"""An arrow points along +X; the cylinder of its shaft and the cone of its head stand along +Z."""
+
 FRONT_FROM_BACK_LENS = _axes((-1, 0, 0), (0, 1, 0), (0, 0, -1))
 """The back lens of a 360° camera looks the other way: half a turn about the camera's y axis."""
 

@@ -60,7 +60,7 @@ class Drawn:
         seen: (4, 3) corners to which a surface is carried, or (0, 3).
         shape: of a primitive; None where it is erased.
         size_m: of a primitive, along its own axes, y up.
-        pose: of a primitive or proposal; room and thing with y up.
+        room_from_thing: of a primitive or proposal; room and thing with y up.
         object_id: of a proposal; empty where it is withdrawn.
         name: of a proposal's owner.
     """
@@ -73,7 +73,7 @@ class Drawn:
     seen: NDArray[np.float64] = field(default_factory=lambda: NOTHING)
     shape: PrimitiveShape | None = None
     size_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    pose: Pose = AT_ORIGIN
+    room_from_thing: Pose = AT_ORIGIN
     object_id: str = ""
     name: str = ""
 
@@ -88,7 +88,7 @@ class Drawn:
     def is_finite(self) -> bool:
         """Whether it is somewhere: every number of its place can be sent."""
         numbers = (*self.points.flat, *self.seen.flat, *self.size_m)
-        return bool(np.isfinite(numbers).all() and np.isfinite(self.pose.matrix()).all())
+        return bool(np.isfinite(numbers).all() and np.isfinite(self.room_from_thing.matrix()).all())
 
     def entry(self) -> dict[str, Any]:
         """Return its fields in the log."""
@@ -105,12 +105,12 @@ class Drawn:
                 if self.shape is None:
                     return {"shape": None}
                 size = [round(side, DECIMALS) for side in self.size_m]
-                pose = on_the_wire(self.pose)
+                pose = on_the_wire(self.room_from_thing)
                 return {"shape": self.shape, "size": size, "colour": colour, "pose": pose}
             case Op.PROPOSE:
                 if not self.object_id:
                     return {"object": None}
-                pose = on_the_wire(self.pose)
+                pose = on_the_wire(self.room_from_thing)
                 return {"name": self.name, "object": self.object_id, "pose": pose}
             case _:
                 return {"points": _listed(self.points), "colour": colour}
@@ -122,10 +122,10 @@ class Drawn:
                 return self._surface()
             case Op.PRIMITIVE:
                 x, y, z = self.size_m
-                pose = _in_world(self.pose)
+                pose = _in_world(self.room_from_thing)
                 return SharedPrimitive(self.key, self.by, self.shape, (x, z, y), self.colour, pose)
             case Op.PROPOSE:
-                pose = _in_world(self.pose)
+                pose = _in_world(self.room_from_thing)
                 return Proposal(self.key, self.by, self.name, self.object_id, pose)
             case _:
                 return Annotation(self.key, self.by, WORLD_FROM_GLTF @ self.points, self.colour)
@@ -174,14 +174,14 @@ def drawn_thing(thing: Thing) -> Drawn:
                 colour=thing.colour,
                 shape=thing.shape,
                 size_m=(x, z, y),
-                pose=_in_gltf(thing.world_from_primitive),
+                room_from_thing=_in_gltf(thing.world_from_primitive),
             )
         case Proposal():
             return Drawn(
                 Op.PROPOSE,
                 thing.proposal_id,
                 thing.user_id or ROOM,
-                pose=_in_gltf(thing.world_from_object),
+                room_from_thing=_in_gltf(thing.world_from_object),
                 object_id=thing.object_id,
                 name=thing.user_name,
             )
@@ -212,10 +212,10 @@ def drawn_by_room(
             yield Drawn(op, key, ROOM)
 
 
-def on_the_wire(pose: Pose) -> list[float]:
+def on_the_wire(room_from_thing: Pose) -> list[float]:
     """Return place and quaternion x y z w."""
-    w, x, y, z = (round(float(part), QUATERNION_DECIMALS) for part in pose.quaternion())
-    place = [round(float(part), DECIMALS) for part in pose.translation]
+    w, x, y, z = (round(float(part), QUATERNION_DECIMALS) for part in room_from_thing.quaternion())
+    place = [round(float(part), DECIMALS) for part in room_from_thing.translation]
     return [*place, x, y, z, w]
 
 

@@ -49,12 +49,12 @@ def read_drawn(op: Op, fields: dict[str, Any]) -> Drawn:
             if shape is None:
                 return Drawn(op, key, "")
             colour, size, pose = _colour(fields), _size(fields), _pose(fields)
-            return Drawn(op, key, "", colour=colour, shape=shape, size_m=size, pose=pose)
+            return Drawn(op, key, "", colour=colour, shape=shape, size_m=size, room_from_thing=pose)
         case _:
             object_id = _object_id(fields)
             if not object_id:
                 return Drawn(op, key, "")
-            return Drawn(op, key, "", pose=_pose(fields), object_id=object_id)
+            return Drawn(op, key, "", room_from_thing=_pose(fields), object_id=object_id)
 
 
 def read_key(fields: dict[str, Any], field: str) -> str:

@@ -176,7 +176,7 @@ def test_a_slow_tracker_drops_frames_when_paced_and_they_are_counted(tiny):
 
 def test_what_a_live_camera_would_give_has_no_masks_and_no_truth():
     given = {field.name for field in fields(SessionInput)}
-    people = {"avatars", "events", "surfaces", "annotations", "gone", "placed"}
+    people = {"avatars", "events", "surfaces", "annotations", "gone", "placed", "voices"}
     assert given == {"frame", "packet", *people}
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.bodies.crowd import Crowd, colour_of
+from scenes.frames import ARROW_FROM_CYLINDER
 from scenes.mesh import CollisionMesh
 from scenes.pose import Pose
 from scenes.state import (
@@ -247,9 +248,7 @@ def shared_solids(item: SharedPrimitive) -> list[Shape]:
     world_from_middle = item.world_from_primitive @ Pose(np.eye(3), np.array([0, 0, 0.5 * z]))
     if item.shape == "arrow":
         shaft, head = SHAFT_SHARE * x, (1.0 - SHAFT_SHARE) * x
-        # A cylinder stands along z: its z becomes the arrow's x.
-        lying = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
-        at_shaft = Pose(lying, np.array([0.5 * (shaft - x), 0.0, 0.0]))
+        at_shaft = Pose(ARROW_FROM_CYLINDER.rotation, np.array([0.5 * (shaft - x), 0.0, 0.0]))
         at_head = Pose(np.eye(3), np.array([0.5 * (x - head), 0.0, 0.0]))
         thin = (SHAFT_WIDTH * z, SHAFT_WIDTH * y, shaft)
         return [

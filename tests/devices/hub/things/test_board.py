@@ -34,13 +34,15 @@ def surface(key, corners=SQUARE, **drawn):
 
 def body(key, x=0.0, *, shape="box", drag=None):
     pose = Pose.from_yaw(0.0, (x, 0, 0))
-    drawn = Drawn(Op.PRIMITIVE, key, "", shape=shape, size_m=(0.3, 0.3, 0.3), pose=pose)
+    drawn = Drawn(Op.PRIMITIVE, key, "", shape=shape, size_m=(0.3, 0.3, 0.3), room_from_thing=pose)
     return Do(1, Op.PRIMITIVE, drawn, drag)
 
 
 def proposal(key, x=0.0, *, object_id="chair-1", drag=None):
     pose = Pose.from_yaw(0.0, (x, 0, 0))
-    return Do(1, Op.PROPOSE, Drawn(Op.PROPOSE, key, "", pose=pose, object_id=object_id), drag)
+    return Do(
+        1, Op.PROPOSE, Drawn(Op.PROPOSE, key, "", room_from_thing=pose, object_id=object_id), drag
+    )
 
 
 UNDO = Do(1, Op.UNDO)
@@ -192,7 +194,7 @@ def test_what_is_erased_comes_back_as_it_was(board):
     board.do("p1", body("a", shape=None), now_ns=1)
     assert places(board, "primitives") == {}
     back = board.do("p1", UNDO, now_ns=2)
-    assert (back.shape, back.pose.translation[0]) == ("box", 2.0)
+    assert (back.shape, back.room_from_thing.translation[0]) == ("box", 2.0)
     board.do("p1", proposal("c", 1.0), now_ns=3)
     board.do("p1", proposal("c", object_id=""), now_ns=4)
     assert board.do("p1", UNDO, now_ns=5).object_id == "chair-1"

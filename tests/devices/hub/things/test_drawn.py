@@ -71,8 +71,8 @@ def test_what_the_room_draws_itself_is_found():
 
 THINGS = (
     Drawn(Op.SURFACE, "p1/s", ROOM, SQUARE, seen=SQUARE + 1),
-    Drawn(Op.PRIMITIVE, "p1/b", "p1", shape="arrow", size_m=(0.5, 0.1, 0.2), pose=POSE),
-    Drawn(Op.PROPOSE, "p1/c", "p1", pose=POSE, object_id="chair-1", name="Ann"),
+    Drawn(Op.PRIMITIVE, "p1/b", "p1", shape="arrow", size_m=(0.5, 0.1, 0.2), room_from_thing=POSE),
+    Drawn(Op.PROPOSE, "p1/c", "p1", room_from_thing=POSE, object_id="chair-1", name="Ann"),
 )
 
 
@@ -91,7 +91,9 @@ def test_a_thing_comes_back_from_the_session_as_it_was(drawn):
 def test_up_and_ahead_of_a_primitive_are_the_same_in_the_session():
     """On the wire y is up and an arrow points along +x; in the session z is up."""
     turned = Pose(rotation_from_vector([0, np.pi / 2, 0]), np.array([1.0, 0.5, -3.0]))
-    drawn = Drawn(Op.PRIMITIVE, "k", "p1", shape="arrow", size_m=(0.5, 0.1, 0.2), pose=turned)
+    drawn = Drawn(
+        Op.PRIMITIVE, "k", "p1", shape="arrow", size_m=(0.5, 0.1, 0.2), room_from_thing=turned
+    )
     body = drawn.thing()
     assert body.size_m == (0.5, 0.2, 0.1)
     np.testing.assert_allclose(body.world_from_primitive.translation, [1, 3, 0.5], atol=1e-12)

@@ -25,8 +25,8 @@ SURFACE = {
 def test_a_primitive_is_read_and_its_quaternion_made_one():
     drawn = read_drawn(Op.PRIMITIVE, BODY)
     assert (drawn.key, drawn.shape, drawn.size_m) == ("b", "sphere", (0.3, 0.3, 0.3))
-    np.testing.assert_allclose(drawn.pose.rotation, np.eye(3), atol=1e-12)
-    np.testing.assert_array_equal(drawn.pose.translation, [0, 1, 0])
+    np.testing.assert_allclose(drawn.room_from_thing.rotation, np.eye(3), atol=1e-12)
+    np.testing.assert_array_equal(drawn.room_from_thing.translation, [0, 1, 0])
 
 
 @pytest.mark.parametrize(
