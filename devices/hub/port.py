@@ -54,7 +54,7 @@ class Port:
         self._server, self._tls = server, tls
         self._socket: socket.socket | None = None
         self._accepting: asyncio.Task[None] | None = None
-        self._shaking: dict[asyncio.Task[None], str] = {}
+        self._shaking: dict[asyncio.Task[None], tuple[str, ...]] = {}
 
     def open(self, host: str, port: int) -> int:
         """Listen; return the port. On the loop's thread.
@@ -88,7 +88,7 @@ class Port:
             address = str(peer[0])
             if self._has_room(address):
                 task = asyncio.ensure_future(self._shake_hands(wire))
-                self._shaking[task] = address
+                self._shaking[task] = peer
                 task.add_done_callback(self._shaking.pop)
             else:
                 wire.close()
@@ -106,13 +106,12 @@ class Port:
                 wire.close()
 
     def _has_room(self, address: str) -> bool:
-        connected = self._server.connections
-        if len(connected) + len(self._shaking) >= MAX_CONNECTIONS:
+        peers = [connection.peername for connection in self._server.connections]
+        # Who has just shaken hands is among both for a moment.
+        peers += set(self._shaking.values()).difference(peers)
+        if len(peers) >= MAX_CONNECTIONS:
             return False
-        of_address = sum(known == address for known in self._shaking.values())
-        for connection in connected:
-            peer = connection.peername
-            of_address += isinstance(peer, tuple) and peer[0] == address
+        of_address = sum(isinstance(peer, tuple) and peer[0] == address for peer in peers)
         is_own = address.startswith("127.") or address == "::1"
         return is_own or of_address < MAX_FROM_ONE
 

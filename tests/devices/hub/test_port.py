@@ -3,6 +3,7 @@
 import socket
 import time
 from contextlib import suppress
+from types import SimpleNamespace
 
 import pytest
 
@@ -75,9 +76,22 @@ def test_one_address_of_the_network_has_its_share(monkeypatch, address, has_room
         connections = ()
 
     port = module.Port(Server(), None)
-    port._shaking = {1: address, 2: address, 3: "10.0.0.2"}
+    port._shaking = {1: (address, 1), 2: (address, 2), 3: ("10.0.0.2", 1)}
     assert port._has_room(address) is has_room
     assert port._has_room("10.0.0.2")
+
+
+def test_who_has_just_shaken_hands_is_counted_once(monkeypatch):
+    monkeypatch.setattr(module, "MAX_CONNECTIONS", 2)
+
+    class Server:
+        connections = (SimpleNamespace(peername=("10.0.0.1", 1)),)
+
+    port = module.Port(Server(), None)
+    port._shaking = {1: ("10.0.0.1", 1)}
+    assert port._has_room("10.0.0.2")
+    port._shaking = {1: ("10.0.0.1", 2)}
+    assert not port._has_room("10.0.0.2")
 
 
 def test_a_machine_without_descriptors_comes_back(house, monkeypatch):
