@@ -7,6 +7,7 @@ import socket
 import ssl
 from collections.abc import Iterable
 from contextlib import suppress
+from typing import Any
 
 from aiohttp import web
 
@@ -106,12 +107,12 @@ class Port:
                 wire.close()
 
     def _has_room(self, address: str) -> bool:
-        peers = [connection.peername for connection in self._server.connections]
+        peers: list[Any] = [connection.peername for connection in self._server.connections]
         # Who has just shaken hands is among both for a moment.
         peers += set(self._shaking.values()).difference(peers)
         if len(peers) >= MAX_CONNECTIONS:
             return False
-        of_address = sum(isinstance(peer, tuple) and peer[0] == address for peer in peers)
+        of_address = sum(peer is not None and peer[0] == address for peer in peers)
         is_own = address.startswith("127.") or address == "::1"
         return is_own or of_address < MAX_FROM_ONE
 
