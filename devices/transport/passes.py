@@ -25,7 +25,7 @@ ROOT_PUBLIC_FILE = "root.crt"
 """Certificate of the building's root, without its key: what the router checks passes by."""
 
 MEMBERS_FILE = "members.txt"
-"""Who has a pass: a role and a name a line. A line taken out is a pass withdrawn."""
+"""File of those who have a pass: a role and a name a line. A line taken out is a pass withdrawn."""
 
 PASSES = "passes"
 """Folder of the passes that were made."""

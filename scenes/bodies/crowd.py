@@ -33,7 +33,7 @@ REACH_M = 1.3
 """From eyes to what a hand reaches at most, metres: a tall person's arm, bent down."""
 
 NOWHERE: Mapping[str, Pose] = MappingProxyType({})
-"""Where furniture is that nobody has seen."""
+"""Furniture before any was seen: none."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

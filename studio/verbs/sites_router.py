@@ -8,7 +8,7 @@ import threading
 from pathlib import Path
 
 LISTEN = "127.0.0.1:7447"
-"""Where it listens unless told otherwise: this computer alone."""
+"""Address at which it listens by default: this computer alone."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -63,7 +63,7 @@ def trial(filmed):
 
 @pytest.fixture(scope="module", params=EXTENTS)
 def allowed(request):
-    """What is played and what is allowed, of a part or of everything."""
+    """Frames that are played and errors that are allowed, of a part or of everything."""
     return ALLOWED[request.param]
 
 

@@ -1,4 +1,4 @@
-"""What screen readers, keyboards or weak eyes would stumble over in a page: axe-core's rules."""
+"""Obstacles in a page for screen readers, keyboards and weak eyes: axe-core's rules."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ OFFERS_HZ, OFFERS_BURST = 0.5, 6.0
 one in five seconds."""
 
 SIGNALS_HZ, SIGNALS_BURST = 10.0, 40.0
-"""What one person says about their media."""
+"""Media as one person has them, by their own word."""
 
 VOICE_HZ, VOICE_BURST = 60.0, 60.0
 """Moments of one voice: 50 a second, and what a stalled network delivers together."""

@@ -1,4 +1,4 @@
-"""What a site's people draw, to the room and back: never an older echo in its place."""
+"""Lines and surfaces of a site's people, to the room and back: never an older echo in its place."""
 
 from dataclasses import replace
 

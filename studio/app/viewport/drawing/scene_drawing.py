@@ -32,7 +32,7 @@ class SceneDrawing:
         self.outlines = Outlines()
         """Draws shapes where there is no OpenGL."""
         self.furniture: Furniture | None = None
-        """What people's hands stay out of; None before `prepare`."""
+        """Solids that people's hands stay out of; None before `prepare`."""
         self._meshes: MeshThread | None = None
         self._preparing = threading.Lock()
         self._is_prepared = self._is_closed = False

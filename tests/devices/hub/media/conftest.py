@@ -65,7 +65,7 @@ def chromium_offer():
 
 
 class Ears:
-    """What one person gets."""
+    """Messages that one person gets."""
 
     def __init__(self, index):
         self.index = index

@@ -1,4 +1,4 @@
-"""Who is heard: the first six, a pause keeps a place, silence does not."""
+"""Voices that are heard: the first six, a pause keeps a place, silence does not."""
 
 from devices.hub.media.floor import HOLD_NS, PLACES, Floor
 

@@ -1,4 +1,4 @@
-"""What clients say about their media, and what is refused."""
+"""Words of clients about their media, and those that are refused."""
 
 import pytest
 

@@ -33,7 +33,7 @@ class Building:
             self.state = reduce_state(self.state, change, t_ns)
 
     def turn(self):
-        """What a frame does: people's changes enter the session, its state goes out."""
+        """Do what a frame does: people's changes enter the session, its state goes out."""
         arrived = self.room.take()
         self.change(*arrived.avatars, *arrived.lines, *arrived.surfaces)
         self.room.publish(self.state)

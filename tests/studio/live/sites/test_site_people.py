@@ -1,4 +1,4 @@
-"""What sites send: under their own name only, within limits, gone when they are."""
+"""Messages of sites: under their own name only, within limits, gone when they are."""
 
 import numpy as np
 import pytest
