@@ -6,6 +6,7 @@ import asyncio
 import logging
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
@@ -187,6 +188,7 @@ class Hub:
         """
         message = pack_picture(surface_id, jpeg)
         with self._session.lock:
+            self._take_newest()  # a surface reaches everybody before its picture
             self._session.pictures.put(surface_id, message)
             self._session.media.show(surface_id, jpeg)
         self._call_soon(self._wake_all)
@@ -326,11 +328,9 @@ class Hub:
         while not self._ending.is_set():
             now_ns = self._clock.now_ns()
             self._try(lambda at=now_ns: self._look_around(at))
-            try:
+            with suppress(TimeoutError):
                 async with asyncio.timeout(TICK_S):
                     await self._ending.wait()
-            except TimeoutError:
-                continue
 
     def _look_around(self, now_ns: int) -> None:
         with self._session.lock:
@@ -364,12 +364,16 @@ class Hub:
             self._connections.discard(connection)
 
     def _publish(self) -> None:
+        if self._newest is not None:
+            with self._session.lock:
+                self._take_newest()
+            self._wake_all()
+
+    def _take_newest(self) -> None:
+        """Hand the newest state to the session, whose lock is held."""
         state, self._newest = self._newest, None
-        if state is None:
-            return
-        with self._session.lock:
+        if state is not None:
             self._session.publish(state)
-        self._wake_all()
 
     def _look_at_voices(self) -> None:
         with self._session.lock:
@@ -389,10 +393,8 @@ class Hub:
     def _call_soon(self, call: Callable[[], None]) -> None:
         loop = self._loop
         if loop is not None and not loop.is_closed():
-            try:
+            with suppress(RuntimeError):  # it closed in between
                 loop.call_soon_threadsafe(call)
-            except RuntimeError:  # it closed in between
-                return
 
     def _say_defect(self, _loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
         error = context.get("exception")

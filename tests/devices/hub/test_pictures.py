@@ -1,10 +1,14 @@
 """Pictures of live surfaces: the newest of each, after everything else, in turn."""
 
+import asyncio
+
+import numpy as np
 import pytest
 
 from devices.hub.channels import BodyChannel, PictureChannel, StateChannel
 from devices.hub.outbox import Outbox, Sent
 from devices.hub.wire import MAX_PICTURE_BYTES, WireError, pack_picture
+from scenes.state import LiveSurface, SceneState, reduce_state
 
 
 def taken(outbox, pictures, count):
@@ -40,3 +44,24 @@ def test_after_goodbye_none_is_sent():
     pictures.put("wall", b"1")
     outbox.end("over")
     assert len(taken(outbox, pictures, 3)) == 1
+
+
+def test_a_surface_reaches_everybody_before_its_first_picture(house):
+    """The only picture of a still surface is lost if it comes first."""
+    corners = np.array([[0.0, 1.4, 1.5], [1.2, 1.4, 1.5], [1.2, 1.4, 0.6], [0.0, 1.4, 0.6]])
+
+    async def talk():
+        async with house.http() as http:
+            anna = await house.join(http, "Anna")
+            for number in range(20):
+                name = f"p1/s{number}"
+                surface = LiveSurface(name, corners, (640, 480), "camera-360")
+                house.hub.publish(reduce_state(SceneState(), surface, number))
+                house.hub.show(name, b"jpeg")
+                texts = ""
+                while isinstance(data := (await anna.socket.receive(5.0)).data, str):
+                    texts += data
+                assert data == pack_picture(name, b"jpeg")
+                assert f'"{name}"' in texts, "the surface comes first"
+
+    asyncio.run(asyncio.wait_for(talk(), 20))

@@ -193,7 +193,7 @@ def test_a_surface_is_seen_within_a_second_and_then_as_video(pages, hub):
     took = time.monotonic() - begin
     print(f"\nsurface seen after {took:.2f} s")
     assert took < 1.0
-    for number in range(1, 200):
+    for number in range(1, 600):
         hub.show("p1/wall", slide(number))
         time.sleep(0.1)
         if ada.evaluate(
