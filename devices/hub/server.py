@@ -303,7 +303,6 @@ class Hub:
         silent = logging.Logger("hub")
         silent.disabled = True
         server = web.Server(site.answer, access_log=None, logger=silent, keepalive_timeout=IDLE_S)
-
         tls = None if self._certificates is None else tls_of(self._certificates)
         port = Port(server, tls)
         self._port = port.open(self._settings.host, self._settings.port)
