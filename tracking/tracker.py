@@ -19,7 +19,7 @@ from scenes.render.native import NativeRenderer
 from scenes.splats import SplatCloud
 from scenes.state import ObjectModel, TrackState
 from tracking.background.images import LensExposures
-from tracking.background.layers import LayerCache, LayerKey
+from tracking.background.layers import Drawn, LayerCache, LayerKey
 from tracking.camera.rig_state import RigState, camera_notices
 from tracking.camera.rig_tracker import RigTracker, StandingObjects
 from tracking.evidence.evidence import Neighbour, Scene
@@ -37,7 +37,6 @@ from tracking.model.support_planes import FLOOR_M, support_planes_in
 from tracking.options import TrackerOptions
 from tracking.output import STAGES, CameraNotice, Stopwatch, TrackOutput, no_stopwatch
 from tracking.schedule import Schedule, bands_to_learn, care_beside, most_certain_first
-from tracking.window.window import Layer
 
 UNHURRIED_NS = 50_000_000
 """Frame interval in ns; faster frames review yaws only where nothing else is due. Chosen on the
@@ -68,7 +67,7 @@ class TrackerState:
     schedule: Schedule | None
     t_ns: int
     search: Search | None = None
-    layers: Mapping[LayerKey, Layer] = field(default_factory=lambda: MappingProxyType({}))
+    layers: Mapping[LayerKey, Drawn] = field(default_factory=lambda: MappingProxyType({}))
     options: TrackerOptions = field(default_factory=TrackerOptions)
 
 

@@ -12,7 +12,7 @@ from scipy.optimize import nnls
 
 from benchmarks.sites.building import BuildingFigures
 from benchmarks.sites.orders import STATE_HZ
-from studio.live.sites.shared_room import TICK_S
+from studio.live.sites.turns import TICK_S
 
 T = TypeVar("T")
 

@@ -13,7 +13,7 @@ from devices.hub.roles import Op, Person, Role
 from devices.hub.things.drawn import Drawn, Thing
 from devices.hub.wire import Body, decode_body
 from scenes.frames import OPENGL_FROM_OPENCV, WORLD_FROM_GLTF
-from scenes.state import Annotation, Avatar, LiveSurface, Placed
+from scenes.state import Annotation, Avatar, LiveSurface, Placed, is_there
 
 MAX_EVENTS = 256
 """Events that wait for the session; the oldest go first."""
@@ -32,7 +32,10 @@ class Inbox:
     _events: deque[tuple[str, str]] = field(
         default_factory=lambda: deque[tuple[str, str]](maxlen=MAX_EVENTS)
     )
-    _handed: OrderedDict[int, Thing] = field(default_factory=OrderedDict[int, Thing])
+    _handed: dict[tuple[Op, str], deque[Thing]] = field(
+        default_factory=dict[tuple[Op, str], "deque[Thing]"]
+    )
+    _remembered: int = 0
 
     def draw(self, drawn: Drawn) -> None:
         """Take a thing; one of the same name that waits is replaced."""
@@ -47,9 +50,26 @@ class Inbox:
         """Take an event."""
         self._events.append((kind, text))
 
-    def has_handed(self, change: Thing) -> bool:
-        """Whether a value of the session's state is one that came from here."""
-        return id(change) in self._handed
+    def recognise(self, name: tuple[Op, str], thing: Thing) -> bool:
+        """Return whether a value of the session's state is one that came from here.
+
+        Those of its name that came before are forgotten: a state shows none of them again.
+        """
+        values = self._handed.get(name, ())
+        older = next((n for n, value in enumerate(values) if value is thing), None)
+        if older is None:
+            return False
+        self._forget(name, older)
+        return True
+
+    def see_end(self, drawn: Drawn) -> None:
+        """Forget a thing that is gone from the session's state, up to its end."""
+        if drawn.is_there:
+            return
+        name = (drawn.op, drawn.key)
+        values = self._handed.get(name, ())
+        ended = next((n for n, value in enumerate(values) if not is_there(value)), -1)
+        self._forget(name, ended + 1)
 
     def take(self) -> Arrived:
         """Return everything since the last call but people's bodies, and forget it."""
@@ -57,14 +77,23 @@ class Inbox:
         lines = tuple(c for c in changes if isinstance(c, Annotation))
         surfaces = tuple(c for c in changes if isinstance(c, LiveSurface))
         placed = tuple(c for c in changes if isinstance(c, Placed))
-        for change in self._changes.values():
-            self._handed[id(change)] = change  # held, so that no other value gets its id
-        while len(self._handed) > MAX_CHANGES:
-            self._handed.popitem(last=False)
+        for name, change in self._changes.items():
+            self._handed.setdefault(name, deque()).append(change)
+            self._remembered += 1
+        while self._remembered > MAX_CHANGES:
+            self._forget(next(iter(self._handed)), 1)
         self._changes.clear()
         events = tuple(self._events)
         self._events.clear()
         return Arrived((), lines, surfaces, placed, events)
+
+    def _forget(self, name: tuple[Op, str], count: int) -> None:
+        """Forget the oldest values of a name."""
+        for _ in range(count):
+            self._handed[name].popleft()
+        self._remembered -= count
+        if name in self._handed and not self._handed[name]:
+            del self._handed[name]
 
 
 @dataclass(slots=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -73,3 +73,17 @@ class Person:
 def may_speak(person: Person) -> bool:
     """Return whether somebody's voice is heard: their role lets them, and they are not muted."""
     return person.role in SPEAKERS and not person.is_muted
+
+
+def named(people: Sequence[Person], name: str) -> Person:
+    """Return somebody by id or by name.
+
+    Raises:
+        ValueError: nobody of that name is here, or several are.
+    """
+    found = [each for each in people if each.person_id == name]
+    found = found or [each for each in people if each.name.casefold() == name.casefold()]
+    if len(found) != 1:
+        here = ", ".join(f"{each.name} ({each.person_id})" for each in people) or "nobody"
+        raise ValueError(f"people: person = {name!r}, here: {here}")
+    return found[0]

@@ -216,7 +216,8 @@ class Session:
     def publish(self, state: SceneState) -> None:
         """Take the next state of the room; what it has drawn itself goes to the log."""
         before, self._state = self._state, state
-        for drawn in drawn_by_room(before, state, is_known=self._inbox.has_handed):
+        for drawn in drawn_by_room(before, state, is_known=self._inbox.recognise):
+            self._inbox.see_end(drawn)
             if drawn.is_finite and self._board.put(drawn):
                 self._tell_all(self.log.add(drawn.entry()))
         self.states.take(state)

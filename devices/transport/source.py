@@ -126,6 +126,17 @@ class Source:
             self._values[channel] = (self._number, data)
             self._transport.put(key, message)
 
+    def keep(self, channel: str, data: bytes) -> None:
+        """Let a channel have that value, and send it unless the channel has it already.
+
+        Raises:
+            ValueError: as `set`.
+        """
+        with self._lock:
+            known = self._values.get(channel)
+            if known is None or known[1] != data:
+                self.set(channel, data)
+
     def drop(self, channel: str) -> None:
         """Let a channel have no value; others learn it with the next beat."""
         with self._lock:

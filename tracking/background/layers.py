@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections import OrderedDict
 from collections.abc import Mapping
+from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
@@ -15,12 +15,22 @@ from scenes.state import ObjectModel
 from tracking.window.extent import extent, part_of
 from tracking.window.window import Layer, Window, window_around
 
-KEPT = 64
-"""Number of cached layers; the least recently used is dropped."""
+LayerKey = tuple[str, int]
+"""Object id and lens."""
 
 
-LayerKey = tuple[str, int, bytes, bytes]
-"""Object id, lens, and the poses of object and rig."""
+@dataclass(frozen=True, slots=True, eq=False)
+class Drawn:
+    """An object as it was drawn last into a lens picture.
+
+    Attributes:
+        poses: bytes of the poses of object and rig.
+        layer: the drawing.
+    """
+
+    poses: bytes
+    layer: Layer
+
 
 RENDER_OPTIONS = RenderOptions(threads=1, antialias=True)
 
@@ -28,16 +38,19 @@ RENDER_OPTIONS = RenderOptions(threads=1, antialias=True)
 class LayerCache:
     """Cache of rendered layers, for one frame; a cached layer equals a fresh rendering.
 
+    The newest of each object and lens is kept: what moves is never seen at its former pose again,
+    and a search takes along what it begins with.
+
     Args:
         layers: kept from the frame before.
     """
 
-    def __init__(self, layers: Mapping[LayerKey, Layer] | None = None) -> None:
-        self._layers: OrderedDict[LayerKey, Layer] = OrderedDict(layers or {})
+    def __init__(self, layers: Mapping[LayerKey, Drawn] | None = None) -> None:
+        self._layers: dict[LayerKey, Drawn] = dict(layers or {})
 
-    def kept(self) -> Mapping[LayerKey, Layer]:
-        """The layers, least recently used first, for the cache of the next frame."""
-        return MappingProxyType(OrderedDict(self._layers))
+    def kept(self) -> Mapping[LayerKey, Drawn]:
+        """The layers, for the cache of the next frame."""
+        return MappingProxyType(dict(self._layers))
 
     def layer(
         self,
@@ -59,18 +72,15 @@ class LayerCache:
             renderer: draws splats.
             lens: index of the lens.
         """
-        key = (item.object_id, lens, _bytes_of(world_from_object), _bytes_of(world_from_rig))
+        key = (item.object_id, lens)
+        poses = _bytes_of(world_from_object) + _bytes_of(world_from_rig)
         found = self._layers.get(key)
-        if found is None:
+        if found is None or found.poses != poses:
             posed = PosedSplats(item.splats, world_from_object)
             window = window_of(item, world_from_object, rig, world_from_rig, lens=lens)
-            found = drawn_layer(posed, window, rig.lenses[lens], renderer)
+            found = Drawn(poses, drawn_layer(posed, window, rig.lenses[lens], renderer))
             self._layers[key] = found
-            if len(self._layers) > KEPT:
-                self._layers.popitem(last=False)
-        else:
-            self._layers.move_to_end(key)
-        return found
+        return found.layer
 
 
 def window_of(

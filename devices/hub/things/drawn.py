@@ -188,14 +188,14 @@ def drawn_thing(thing: Thing) -> Drawn:
 
 
 def drawn_by_room(
-    before: SceneState, state: SceneState, *, is_known: Callable[[Thing], bool]
+    before: SceneState, state: SceneState, *, is_known: Callable[[tuple[Op, str], Thing], bool]
 ) -> Iterator[Drawn]:
     """Yield things in which two states differ; one that is gone as its end.
 
     Args:
         before: the state before.
         state: the next one.
-        is_known: whether a value has come from the people themselves.
+        is_known: whether a value of that operation and name has come from the people themselves.
     """
     for op, old, new in (
         (Op.LINE, before.annotations, state.annotations),
@@ -206,7 +206,7 @@ def drawn_by_room(
         if old is new:
             continue
         for key, thing in new.items():
-            if old.get(key) is not thing and not is_known(thing):
+            if old.get(key) is not thing and not is_known((op, key), thing):
                 yield drawn_thing(thing)
         for key in old.keys() - new.keys():
             yield Drawn(op, key, ROOM)

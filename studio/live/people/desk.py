@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Protocol
 
 from devices.hub.contract import Invitation
-from devices.hub.roles import Person, Role
+from devices.hub.roles import Person, Role, named
 from scenes.workers.task import Task
 from studio.live.people.hosting import Hosting, who_words
 
@@ -67,15 +67,15 @@ def answer(hub: DeskHub, line: str, *, hosting: Hosting) -> str:
             case "people":
                 return who_words(hub.people()) or "nobody is here"
             case "pen":
-                person = _named(hub, name) if name else None
+                person = named(hub.people(), name) if name else None
                 hub.give_pen(None if person is None else person.person_id)
                 return "everybody may draw" if person is None else f"{person.name} has the pen"
             case "mute" | "unmute":
-                person, is_muted = _named(hub, name), word.lower() == "mute"
+                person, is_muted = named(hub.people(), name), word.lower() == "mute"
                 hub.mute(person.person_id, is_muted=is_muted)
                 return f"{person.name} is {'muted' if is_muted else 'heard again'}"
             case "remove":
-                person = _named(hub, name)
+                person = named(hub.people(), name)
                 hub.remove(person.person_id)
                 return f"{person.name} was sent away"
             case _:
@@ -130,18 +130,3 @@ def _can_read() -> bool:
 def _invited(hub: DeskHub, role: Role) -> str:
     invitation = hub.invite(role)
     return f"code {invitation.code} (one use, two minutes, {role}): {invitation.url}"
-
-
-def _named(hub: DeskHub, name: str) -> Person:
-    """Return somebody by name or id.
-
-    Raises:
-        ValueError: nobody of that name is here, or several are.
-    """
-    people = hub.people()
-    found = [each for each in people if each.person_id == name]
-    found = found or [each for each in people if each.name.casefold() == name.casefold()]
-    if len(found) != 1:
-        here = ", ".join(f"{each.name} ({each.person_id})" for each in people) or "nobody"
-        raise ValueError(f"people: person = {name!r}, here: {here}")
-    return found[0]

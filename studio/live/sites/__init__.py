@@ -2,6 +2,7 @@
 
 `sharing.py` (a session shared, as it was asked for) with `shared_room.py` (its side: state and
 people out, what sites send in) and `site_people.py` (people of all sites); `joined_site.py` (a
-site's side: a hub that is fed by a room elsewhere); `reaching.py` (addresses, passes, the list of
-rooms), `building.py` (the folder of a building's router).
+site's side: a hub that is fed by a room elsewhere); `turns.py` (both look at what is new, again and
+again); `reaching.py` (addresses, passes, the list of rooms), `building.py` (the folder of a
+building's router).
 """

@@ -31,8 +31,7 @@ from devices.transport.follower import Follower
 from devices.transport.keys import room, site
 from devices.transport.source import LogFullError, Source
 from devices.transport.transport import Transport
-from scenes.workers.task import Task
-from studio.live.sites.shared_room import END_S, TICK_S
+from studio.live.sites.turns import Turns
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,20 +92,17 @@ class JoinedSite:
         self._bodies: dict[str, bytes] = {}
         self._pictures: dict[str, bytes] = {}
         self._surfaces: frozenset[str] = frozenset()
-        self._sent: dict[str, bytes] = {}
         self._next_look_ns = 0
         self._refused = 0
-        self._defects: set[str] = set()
-        self._task = Task("site", self._run)
+        self._turns = Turns("site", self.turn, say=say)
 
     def start(self) -> None:
         """Begin to take and send."""
-        self._task.start()
+        self._turns.start()
 
     def close(self) -> None:
         """Leave the room."""
-        self._task.cancel()
-        self._task.join(END_S)
+        self._turns.end()
         self._follower.close()
         self._source.close()
 
@@ -135,16 +131,6 @@ class JoinedSite:
             self._publish(now_ns)
         self._source.beat(now_ns, {})
 
-    def _run(self, task: Task[None]) -> None:
-        while not task.pause(TICK_S):
-            try:
-                self.turn()
-            except Exception as error:  # noqa: BLE001 - a defect, said once; people stay connected
-                said = f"{type(error).__name__}: {error}"
-                if said not in self._defects and len(self._defects) < MAX_PICTURES:
-                    self._defects.add(said)
-                    self._say(f"site: {said}")
-
     def _send(self, now_ns: int) -> bool:
         """Send what people here have drawn, who they are, and their bodies; return if they drew."""
         arrived = self._hub.take()
@@ -156,15 +142,10 @@ class JoinedSite:
                 self._say(f"site: {item_name(item)} is not sent: {error}")
         own = self._hub.people()
         if own != self._own_people:
-            self._tell(PEOPLE, pack_people(own))
+            self._source.keep(PEOPLE, pack_people(own))
             self._own_people = own
-        self._tell(BODIES, pack_bodies((p.person_id, b) for p, b in self._hub.bodies()))
+        self._source.keep(BODIES, pack_bodies((p.person_id, b) for p, b in self._hub.bodies()))
         return bool(arrived.lines or arrived.surfaces)
-
-    def _tell(self, channel: str, data: bytes) -> None:
-        if data != self._sent.get(channel):
-            self._source.set(channel, data)
-            self._sent[channel] = data
 
     def _take(self, news: News) -> bool:
         if news.beat is not None and news.beat != self._beat:

@@ -32,17 +32,11 @@ from devices.transport.keys import ANY, Member, MemberRole, room
 from devices.transport.source import LogFullError, Source
 from devices.transport.transport import Transport
 from scenes.state import Annotation, LiveSurface, SceneState
-from scenes.workers.task import Task
 from studio.live.people.entering import People
 from studio.live.sites.site_people import SitePeople
+from studio.live.sites.turns import Turns
 
 T = TypeVar("T", Annotation, LiveSurface)
-
-TICK_S = 1.0 / 90.0
-"""Time between two looks at what is new, chosen: a headset's picture."""
-
-END_S = 2.0
-"""Longest wait for the thread at the end, seconds."""
 
 
 class LocalHub(Protocol):
@@ -103,19 +97,16 @@ class SharedRoom:
         self._newest = self._told = SceneState()
         self._pictures: dict[str, bytes] = {}
         self._slots: dict[str, int] = {}
-        self._sent: dict[str, bytes] = {}
         self._everybody: tuple[Person, ...] | None = None
-        self._defects: set[str] = set()
-        self._task = Task("shared room", self._run)
+        self._turns = Turns("sites", self.turn, say=say)
 
     def start(self) -> None:
         """Begin to share."""
-        self._task.start()
+        self._turns.start()
 
     def close(self) -> None:
         """Share no more; sites notice it after two seconds."""
-        self._task.cancel()
-        self._task.join(END_S)
+        self._turns.end()
         self._follower.close()
         self._source.close()
 
@@ -171,29 +162,14 @@ class SharedRoom:
         bodies = [] if hub is None else [(p.person_id, body) for p, body in hub.bodies()]
         self._tell_everybody((*own, *(each.person for each in others)))
         bodies += [(each.person.person_id, each.body) for each in others if each.body]
-        self._tell(BODIES, pack_bodies(bodies))
+        self._source.keep(BODIES, pack_bodies(bodies))
         about = replace(self._about, people=len(own) + len(others))
         self._source.beat(self._clock.now_ns(), about.fields())
 
-    def _run(self, task: Task[None]) -> None:
-        while not task.pause(TICK_S):
-            try:
-                self.turn()
-            except Exception as error:  # noqa: BLE001 - a defect, said once; the session goes on
-                said = f"{type(error).__name__}: {error}"
-                if said not in self._defects and len(self._defects) < MAX_PICTURES:
-                    self._defects.add(said)
-                    self._say(f"sites: {said}")
-
     def _tell_everybody(self, people: tuple[Person, ...]) -> None:
         if people != self._everybody:
-            self._tell(PEOPLE, pack_people(people))
+            self._source.keep(PEOPLE, pack_people(people))
             self._everybody = people
-
-    def _tell(self, channel: str, data: bytes) -> None:
-        if data != self._sent.get(channel):
-            self._source.set(channel, data)
-            self._sent[channel] = data
 
     def _tell_changes(self, before: Mapping[str, T], now: Mapping[str, T]) -> None:
         if now is before:

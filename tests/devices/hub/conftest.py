@@ -139,6 +139,15 @@ class House:
         self.hub.start()
         self.url = self.hub.url
 
+    def run(self, talk):
+        """What people do with it: `talk` with a session of HTTP."""
+
+        async def within():
+            async with self.http() as http:
+                return await talk(http)
+
+        return asyncio.run(asyncio.wait_for(within(), 15))
+
     @asynccontextmanager
     async def http(self):
         async with aiohttp.ClientSession(self.url) as session:

@@ -8,7 +8,7 @@ import pytest
 from devices.hub import inbox as module
 from devices.hub.inbox import MAX_EVENTS, Avatars, Inbox, avatar_of
 from devices.hub.roles import Op, Person, Role
-from devices.hub.things.drawn import Drawn
+from devices.hub.things.drawn import ROOM, Drawn
 from devices.hub.wire import Body, Controller, Hand
 from scenes.pose import Pose
 
@@ -70,8 +70,30 @@ def test_the_newest_of_each_line_is_taken_once(inbox):
     assert [it.surface_id for it in arrived.surfaces] == ["p1/a"]
     again = inbox.take()
     assert (again.lines, again.surfaces) == ((), ())
-    assert inbox.has_handed(arrived.lines[0])
-    assert not inbox.has_handed(line("p1/a", 2).thing())
+    assert inbox.recognise((Op.LINE, "p1/a"), arrived.lines[0])
+    assert inbox.recognise((Op.LINE, "p1/a"), arrived.lines[0])
+    assert not inbox.recognise((Op.LINE, "p1/a"), line("p1/a", 2).thing())
+
+
+def test_of_a_line_that_grows_nothing_is_held_but_what_the_state_may_still_show(inbox):
+    handed = []
+    for x in range(1, 2000):
+        inbox.draw(line("p1/a", x))
+        handed += inbox.take().lines
+        if x % 10 == 0:  # the state lags behind, and skips
+            assert inbox.recognise((Op.LINE, "p1/a"), handed[-5])
+            assert not inbox.recognise((Op.LINE, "p1/a"), handed[-6])
+    assert inbox.recognise((Op.LINE, "p1/a"), handed[-2])
+    assert inbox.recognise((Op.LINE, "p1/a"), handed[-1])
+    assert inbox._remembered == 1
+    inbox.draw(Drawn(Op.LINE, "p1/a", "p1"))
+    inbox.take()
+    inbox.draw(line("p1/a", 1))
+    (again,) = inbox.take().lines
+    inbox.see_end(Drawn(Op.LINE, "p1/a", ROOM))
+    assert inbox._remembered == 1
+    assert inbox.recognise((Op.LINE, "p1/a"), again)
+    inbox.see_end(Drawn(Op.LINE, "p1/b", ROOM))
 
 
 def test_each_body_is_decoded_once(body_at):

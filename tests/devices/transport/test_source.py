@@ -37,6 +37,17 @@ def test_a_value_is_sent_and_kept(ways):
     assert asked(far, "objects") is None
 
 
+def test_a_value_that_is_kept_is_sent_once(ways):
+    source, far, heard = ways
+    for data in (b"1", b"1", b"2", b"2"):
+        source.keep("people", data)
+    assert len(heard) == 2
+    assert read_value(asked(far, "people")) == (5, 2, b"2")
+    source.drop("people")
+    source.keep("people", b"2")
+    assert len(heard) == 3
+
+
 def test_a_log_gives_what_was_missed_or_all(ways, monkeypatch):
     source, far, _heard = ways
     monkeypatch.setattr(module, "MAX_ENTRIES", 3)

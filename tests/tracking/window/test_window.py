@@ -15,7 +15,7 @@ from scenes.render.native import NativeRenderer
 from scenes.render.renderer import PosedSplats
 from scenes.splats import SplatCloud
 from scenes.state import ObjectModel
-from tracking.background.layers import KEPT, LayerCache, drawn_layer
+from tracking.background.layers import LayerCache, drawn_layer
 from tracking.model.object_model import make_model
 from tracking.window.window import LARGEST_SIDE_PX, window_around
 
@@ -105,20 +105,24 @@ def test_a_layer_lies_where_the_lens_sees_the_object(place):
     assert not np.asarray(layer.request(own_range_m=0.1)["nearer"]).any()
 
 
-def test_a_memo_remembers_what_stands_still_and_forgets_what_is_old():
+def test_a_memo_remembers_what_stands_still_and_nothing_that_moved_on():
     renderer, memo = NativeRenderer(), LayerCache()
     source = ObjectModel("ball", "ball", "", ball(20), (0.2, 0.2, 0.2), 0.0, Pose.identity())
     model = make_model(source, renderer)
 
-    def layer(x):
+    def layer(x, lens=0, rig_at_m=0.0):
         pose = Pose.from_yaw(0.0, (x, 0.0, 2.0))
-        return memo.layer(model.source, pose, RIG, Pose.identity(), renderer, lens=0)
+        rig_pose = Pose.from_yaw(0.0, (0.0, rig_at_m, 0.0))
+        return memo.layer(model.source, pose, RIG, rig_pose, renderer, lens=lens)
 
-    first = layer(0.0)
+    first, behind = layer(0.0), layer(0.0, lens=1)
     assert layer(0.0) is first
-    assert layer(0.01) is not first
-    for k in range(KEPT):
-        layer(0.02 + 0.01 * k)
+    assert layer(0.0, rig_at_m=0.01) is not first
+    for k in range(200):
+        memo = LayerCache(memo.kept())
+        layer(0.01 + 0.001 * k)
+    assert len(memo.kept()) == 2
+    assert layer(0.0, lens=1) is behind
     again = layer(0.0)
     assert again is not first
     np.testing.assert_array_equal(again.alpha, first.alpha)

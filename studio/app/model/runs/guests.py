@@ -113,13 +113,9 @@ class Guests:
         Raises:
             ValueError: nobody of that name is here, or several are.
         """
-        people = self.people()
-        found = [each for each in people if each.person_id == name]
-        found = found or [each for each in people if each.name.casefold() == name.casefold()]
-        if len(found) != 1:
-            here = ", ".join(f"{each.name} ({each.person_id})" for each in people) or "nobody"
-            raise ValueError(f"people: person = {name!r}, here: {here}")
-        return found[0]
+        from devices.hub.roles import named
+
+        return named(self.people(), name)
 
     def seconds_left(self) -> float:
         """Return how long the code that is shown can still be used; 0 if there is none."""

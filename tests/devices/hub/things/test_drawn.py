@@ -54,7 +54,7 @@ def test_what_the_room_draws_itself_is_found():
         state = reduce_state(state, change, 0)
 
     def between(before, after):
-        found = drawn_by_room(before, after, is_known=lambda value: value is theirs)
+        found = drawn_by_room(before, after, is_known=lambda _name, value: value is theirs)
         return [(it.op, it.key, it.by, len(it.points)) for it in found]
 
     assert between(empty, state) == [
@@ -111,10 +111,10 @@ def test_primitives_and_proposals_of_the_session_keep_their_owner():
     body = SharedPrimitive("p1/b", "p1", "box", (1, 1, 1), (1, 0, 0), POSE)
     copy = Proposal("p2/c", "p2", "Ben", "chair-1", POSE)
     after = reduce_state(reduce_state(state, body, 0), copy, 0)
-    found = list(drawn_by_room(state, after, is_known=lambda _value: False))
+    found = list(drawn_by_room(state, after, is_known=lambda *_value: False))
     assert [(it.op, it.by, it.is_there) for it in found] == [
         (Op.PRIMITIVE, "p1", True),
         (Op.PROPOSE, "p2", True),
     ]
-    gone = list(drawn_by_room(after, state, is_known=lambda _value: False))
+    gone = list(drawn_by_room(after, state, is_known=lambda *_value: False))
     assert [(it.op, it.is_there) for it in gone] == [(Op.PRIMITIVE, False), (Op.PROPOSE, False)]
