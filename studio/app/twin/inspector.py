@@ -70,7 +70,7 @@ class Inspector(QWidget):
         self.sigma.setWordWrap(True)
         self.seen = QLabel()
         self.seen.setWordWrap(True)
-        self.seen.setToolTip("what photos saw of it; View, Layers shows the rest in orange")
+        self.seen.setToolTip("View, Show sides that no photo saw: the rest, in orange")
         self.reset = _button("Reset", "back to where the scan has it", self._do("twin.reset"))
         self.frame = _button("Frame", "bring it into the view", self._frame)
         self.remove = _button("Remove", "take away what was added", self._do("twin.remove"))
