@@ -11,6 +11,7 @@ from typing import Literal, TypeVar, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from scenes.coverage.record import Coverage
 from scenes.mesh import BoxPart
 from scenes.pose import Pose
 from scenes.splats import SplatCloud
@@ -46,6 +47,10 @@ class ObjectModel:
         parts: solid boxes for contact, in the object's frame; empty where nobody has made any.
         guessed_mass_kg: from its size alone, easily wrong by a factor of three; None if not
             guessed.
+        coverage: from where photos saw its splats; None where nobody has measured it.
+
+    Raises:
+        ValueError: the coverage is of another number of splats.
     """
 
     object_id: str
@@ -57,6 +62,14 @@ class ObjectModel:
     world_from_object: Pose
     parts: tuple[BoxPart, ...] = ()
     guessed_mass_kg: float | None = None
+    coverage: Coverage | None = None
+
+    def __post_init__(self) -> None:
+        if self.coverage is not None and len(self.coverage) != len(self.splats):
+            raise ValueError(
+                f"object {self.object_id!r}: coverage of {len(self.coverage)} splats, wanted of "
+                f"its {len(self.splats)}; other splats need a coverage measured anew, or None"
+            )
 
     def sphere(self) -> tuple[NDArray[np.float64], float]:
         """(3,) centre of the box in the object's frame, and the radius that holds the box."""

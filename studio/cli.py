@@ -135,6 +135,12 @@ VERBS = (
         "nexus cut room.gnx --name stool --box 12.jpg 40 21 56 43 --box 31.jpg 12 9 30 35",
     ),
     Verb(
+        "objects",
+        "studio.verbs.objects",
+        "list a scene's objects, which sides photos saw, and which photos would help",
+        "nexus objects room.gnx",
+    ),
+    Verb(
         "gallery",
         "studio.verbs.gallery",
         "pictures of before and after, from a prepared scene",

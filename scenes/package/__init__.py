@@ -1,6 +1,6 @@
 """The scene package: a folder that holds a prepared room and reopens to the same room.
 
-`package.py`, its records, cuts and checksums.
+`package.py`, its records, cuts, what photos saw (`coverage.py`) and checksums.
 """
 
 from scenes.package.package import (

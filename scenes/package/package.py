@@ -4,6 +4,7 @@ Layout, format version 3 (lengths in metres, world right-handed and Z up):
     scene.json           format, version, name, creator, stages, footprint; size and hash per file
     splats/room.ply      everything that does not move, in the world frame
     splats/objects/*.ply one file per movable object, in the object's frame
+    splats/objects/*.seen  from where photos saw its splats, if that was measured
     objects.json         id, name, kind, box, support height, last pose, solid parts, guessed mass
     anchors.json         printed QR codes: payload, side, pose
     cameras.json         where the 360° camera stands, and from where the room was photographed
@@ -34,6 +35,7 @@ from scenes.formats.storage.error import FormatError
 from scenes.frames import WORLD_FROM_FORWARD_CAMERA
 from scenes.harmonics import turned
 from scenes.mesh import CollisionMesh, QrCode
+from scenes.package.coverage import SUFFIX, read_coverage, write_coverage
 from scenes.package.cuts import CUTS, read_cuts, write_cuts
 from scenes.package.files import (
     PackageError,
@@ -242,6 +244,8 @@ def _fill(part: Path, package: ScenePackage, compact: bool) -> None:
         write(
             part / f"{_object_stem(item.object_id)}{_COMPACT if compact else _EXACT}", item.splats
         )
+        if item.coverage is not None:
+            write_coverage(part / f"{_object_stem(item.object_id)}{SUFFIX}", item.coverage)
     write_items(part / _OBJECTS, [object_to_json(item) for item in package.objects])
     write_items(part / _ANCHORS, [code_to_json(code) for code in package.codes])
     write_json(
@@ -340,7 +344,12 @@ def _object_stem(object_id: str) -> str:
 
 
 def _read_object(source: Path, files: Mapping[str, Any], values: Mapping[str, Any]) -> ObjectModel:
-    return object_from_json(values, _read_splats(source, files, _object_stem(object_id_of(values))))
+    stem = _object_stem(object_id_of(values))
+    splats, seen = _read_splats(source, files, stem), f"{stem}{SUFFIX}"
+    if seen not in files:
+        return object_from_json(values, splats)
+    coverage = read_coverage(inside(source / _SCENE, seen), values, splats=len(splats))
+    return object_from_json(values, splats, coverage=coverage)
 
 
 def _read_collision(source: Path) -> CollisionMesh:

@@ -9,7 +9,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from scenes.cameras import Fisheye, Pinhole, camera_from_json, camera_to_json
+from scenes.coverage.record import Coverage
 from scenes.mesh import BoxPart, QrCode
+from scenes.package.coverage import sides_to_json
 from scenes.package.files import numbers, text
 from scenes.pose import Pose
 from scenes.splats import SplatCloud
@@ -49,7 +51,8 @@ class ViewPoint:
 
 
 def object_to_json(item: ObjectModel) -> dict[str, Any]:
-    """Everything of an object but its splats."""
+    """Everything of an object but its splats, and what photos saw of each."""
+    seen = item.coverage
     return {
         "id": item.object_id,
         "name": item.name,
@@ -59,10 +62,13 @@ def object_to_json(item: ObjectModel) -> dict[str, Any]:
         "world_from_object": pose_to_json(item.world_from_object),
         "parts": [part_to_json(part) for part in item.parts],
         "guessed_mass_kg": item.guessed_mass_kg,
+        **({} if seen is None else {"seen_sides": sides_to_json(seen)}),
     }
 
 
-def object_from_json(values: Mapping[str, Any], splats: SplatCloud) -> ObjectModel:
+def object_from_json(
+    values: Mapping[str, Any], splats: SplatCloud, *, coverage: Coverage | None = None
+) -> ObjectModel:
     """Inverse of `object_to_json`.
 
     Raises:
@@ -83,6 +89,7 @@ def object_from_json(values: Mapping[str, Any], splats: SplatCloud) -> ObjectMod
         guessed_mass_kg=None
         if mass is None
         else numbers([mass], 1, "guessed_mass_kg", least=MIN_MASS_KG)[0],
+        coverage=coverage,
     )
 
 

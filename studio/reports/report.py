@@ -16,6 +16,7 @@ from studio.evaluate.scores import ROOM_BAR_CM, ROOM_BAR_DEG, VISIBLE_FRACTION, 
 from studio.reports.film import Picture
 from studio.reports.floor_picture import floor_picture
 from studio.reports.page import embedded_jpeg, page
+from studio.reports.seen_sides import seen_words
 from studio.session.session import Session, SessionResult
 
 METHOD_NAMES = {"own": "this tracker", "paper": "the paper's method"}
@@ -254,7 +255,8 @@ def _objects(report: Report) -> list[dict[str, Any]]:
                     "hidden": f"{hidden.world_cm.mean:.1f}" if hidden else "never",
                 }
             )
-        out.append({"name": model.name, "lines": lines})
+        seen = "" if model.coverage is None else seen_words(model)
+        out.append({"name": model.name, "lines": lines, "seen": seen})
     return out
 
 

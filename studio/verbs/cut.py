@@ -25,6 +25,7 @@ from scenes.prepare.cutout.proposals import Proposal, propose
 from scenes.prepare.cutout.remainder.floaters import remove_floaters
 from scenes.prepare.cutout.votes.lifting import share
 from scenes.render.native import NativeRenderer
+from studio.reports.seen_sides import coverage_values, seen_words
 from studio.verbs import cut_add, cut_clean
 from studio.verbs.own_photos import own_photo
 
@@ -168,6 +169,8 @@ def _cut(args: argparse.Namespace, package: ScenePackage) -> tuple[dict[str, obj
         "box_cm": size_cm,
         "standing": done.box.supported,
         "seconds": round(seconds, 2),
+        "seen": coverage_values(done.item)["seen"],
+        "seen_words": seen_words(done.item),
         "views": [
             {"name": v.name, "agreement": round(v.overlap, 3), "used": v.used} for v in done.views
         ],
@@ -176,7 +179,8 @@ def _cut(args: argparse.Namespace, package: ScenePackage) -> tuple[dict[str, obj
         f"{args.scene}: {object_id}, {len(done.item.splats):,} splats, "
         f"{' × '.join(f'{side:g}' for side in size_cm)} cm, {done.floaters} floaters removed, "
         f"{done.filled:,} splats filled in below, {done.relit:,} taken out of its shadow, "
-        f"{seconds:.1f} s"
+        f"{seconds:.1f} s",
+        f"  {seen_words(done.item)}; 'nexus objects' says which photos would help",
     ]
     lines += [
         f"  {v.name}: left out, its mask fits the others by {v.overlap:.0%} only"
@@ -213,6 +217,7 @@ def _add(args: argparse.Namespace, package: ScenePackage) -> tuple[dict[str, obj
         "place_m": place_m,
         "yaw_deg": round(math.degrees(item.world_from_object.yaw()), 1),
         "where": added.where,
+        "seen": coverage_values(item)["seen"],
         "notes": list(captured.alignment.warnings),
     }
     judged = f" ({psnr_db:g} dB on those kept aside)" if psnr_db is not None else ""
@@ -222,6 +227,7 @@ def _add(args: argparse.Namespace, package: ScenePackage) -> tuple[dict[str, obj
         f"{' × '.join(f'{side:g}' for side in size_cm)} cm, {added.where} "
         f"({', '.join(f'{x:g}' for x in place_m)} m)"
     ]
+    lines.append(f"  {seen_words(item)}")
     return report, [*lines, *(f"  note: {note}" for note in captured.alignment.warnings)]
 
 

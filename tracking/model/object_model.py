@@ -70,7 +70,7 @@ def detail_levels_of(source: ObjectModel, radius_m: float) -> tuple[DetailLevel,
     for step in reversed(range(LEVELS)):
         radius_px = COARSEST_PX * STEP**step
         splats = merged(levels[0].splats, radius_m / radius_px)
-        relightable = relightable_of(replace(source, splats=splats))
+        relightable = relightable_of(replace(source, splats=splats, coverage=None))
         levels.insert(0, DetailLevel(radius_px, splats, relightable))
     return tuple(levels)
 

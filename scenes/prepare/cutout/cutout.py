@@ -12,6 +12,7 @@ from scenes.cut import divide, restore
 from scenes.harmonics import turned
 from scenes.package import ScenePackage
 from scenes.package.records import Stage
+from scenes.prepare.cutout.coverage.in_photos import with_coverage
 from scenes.prepare.cutout.labelling.above_ground import SOLID
 from scenes.prepare.cutout.labelling.separate import Separation, ViewVerdict, separate
 from scenes.prepare.cutout.marks.masked_view import MaskedView
@@ -144,6 +145,8 @@ def make_object(
         cuts=(*package.cuts, cut),
         stages=(*package.stages, stage),
     )
+    changed = with_coverage(changed, object_id, renderer=renderer)
+    item = changed.objects[-1]
     return Cutout(changed, item, box, found.views, stray, filled, relit)
 
 

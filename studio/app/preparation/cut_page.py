@@ -319,7 +319,7 @@ def _done(report: dict[str, Any]) -> str:
     size = " × ".join(f"{side:g}" for side in report["box_cm"])
     return (
         f"{report['object']}: {report['splats']:,} splats, {size} cm, "
-        f"{report['floaters']} floaters removed"
+        f"{report['floaters']} floaters removed; {report['seen_words']}"
     )
 
 

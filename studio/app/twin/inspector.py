@@ -68,6 +68,9 @@ class Inspector(QWidget):
         self.sides = QLabel()
         self.state, self.mass, self.sigma = QLabel(), QLabel(), QLabel()
         self.sigma.setWordWrap(True)
+        self.seen = QLabel()
+        self.seen.setWordWrap(True)
+        self.seen.setToolTip("View, Show sides that no photo saw: the rest, in orange")
         self.reset = _button("Reset", "back to where the scan has it", self._do("twin.reset"))
         self.frame = _button("Frame", "bring it into the view", self._frame)
         self.remove = _button("Remove", "take away what was added", self._do("twin.remove"))
@@ -96,6 +99,7 @@ class Inspector(QWidget):
         form.addRow("Size", self.sides)
         form.addRow("Mass", self.mass)
         form.addRow("Certainty", self.sigma)
+        form.addRow("Photos", self.seen)
         buttons = QHBoxLayout()
         for button in (self.reset, self.frame, self.remove):
             buttons.addWidget(button)
@@ -112,6 +116,7 @@ class Inspector(QWidget):
             self.state.setText("")
             self.mass.setText("")
             self.sigma.setText("")
+            self.seen.setText("")
             for spin in (*self.place, self.yaw, *self.tilt, *self.extent):
                 _set_value(spin, 0.0)
             return
@@ -138,6 +143,8 @@ class Inspector(QWidget):
         self._form.setRowVisible(self.sigma, item.sigma is not None)
         self.mass.setText("–" if item.mass_kg is None else f"{about}{item.mass_kg:.2f} kg")
         self.sigma.setText(_certainty(item))
+        self._form.setRowVisible(self.seen, bool(item.seen))
+        self.seen.setText(item.seen)
         self.reset.setEnabled(item.is_moved and is_by_hand)
         self.remove.setEnabled(item.kind is not ItemKind.OBJECT and not item.is_of_session)
         self.frame.setEnabled(any(name in self._bench.actions for name in FRAME_ACTIONS))

@@ -15,6 +15,7 @@ from studio.app.model.documents.document import Document
 from studio.app.model.names import shown_name
 from studio.app.twin.bodies import mass_kg
 from studio.app.twin.edits import ItemKind, heading_rad, kind_of, name_of, pose_of
+from studio.reports.seen_sides import seen_words
 
 TITLES = {
     ItemKind.OBJECT: "Objects",
@@ -52,6 +53,7 @@ class TwinItem:
         mass_kg: or None where nobody knows it.
         confidence: 0..1 of the tracker, or None where nothing is tracked.
         sigma: 1-sigma of x, y, z in m and yaw in rad, or None.
+        seen: what photos saw of an object, in a sentence; "" of all else.
         is_moved: whether it is an object that was moved by hand.
         is_of_session: whether people of the session have it, and hands here cannot change it.
     """
@@ -66,6 +68,7 @@ class TwinItem:
     mass_kg: float | None = None
     confidence: float | None = None
     sigma: tuple[float, float, float, float] | None = None
+    seen: str = ""
     is_moved: bool = False
     is_of_session: bool = False
 
@@ -166,6 +169,7 @@ def _object_item(
         mass_kg=model.guessed_mass_kg,
         confidence=confidence,
         sigma=sigma,
+        seen=seen_words(model),
         is_moved=is_moved,
     )
 

@@ -1,4 +1,4 @@
-"""Layers of the view that take a while to make: errors on the floor, and the collision mesh.
+"""Layers of the view that take a while to make: errors, the collision mesh, unseen sides.
 
 They are made on threads when they are first wanted, and again for another session or scene.
 """
@@ -9,13 +9,22 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
+import numpy as np
+
 from devices.streams import Slot
 from scenes.mesh import CollisionMesh
+from scenes.package import ScenePackage
+from scenes.pose import Pose
+from scenes.prepare.cutout.coverage.in_photos import missing_records, with_coverage
+from scenes.render.native import NativeRenderer
+from scenes.state import ObjectModel
 from scenes.workers.task import Task
 from studio.app.model.workbench import Topic, Workbench
+from studio.app.viewport.by_hand.items import pose_of
 from studio.app.viewport.drawing.collision_wire import collision_mesh
 from studio.app.viewport.drawing.floor_errors import FloorErrors, floor_errors
-from studio.app.viewport.drawing.shapes import GREEN, Shape, Shown, Wire
+from studio.app.viewport.drawing.shapes import GREEN, Shape, Shown, Squares, Wire
+from studio.app.viewport.drawing.unseen_sides import unseen_squares
 
 T = TypeVar("T")
 
@@ -35,15 +44,15 @@ class _Made(Generic[T]):
     def __init__(self, name: str) -> None:
         self.value: T | None = None
         self._name = name
-        self._source: object = None
+        self.source: object = None
         self._results: Slot[_Result[T]] = Slot()
 
     def want(self, source: object, make: Callable[[], T]) -> bool:
         """Make it of that source; whether that begins now, since it has not been done before."""
-        if source is self._source or source == self._source:
+        if source is self.source or source == self.source:
             return False
         self.forget()
-        self._source = source
+        self.source = source
         results = self._results
 
         def run(_task: Task[None]) -> None:
@@ -59,12 +68,12 @@ class _Made(Generic[T]):
 
     def forget(self) -> None:
         """It is of something that is no longer shown."""
-        self.value = self._source = None
+        self.value = self.source = None
 
     def poll(self) -> str | None:
         """Take what was made: "" if there is something new, why there is not, or None."""
         result = self._results.take()
-        if result is None or result.source is not self._source:
+        if result is None or result.source is not self.source:
             return None
         self.value = result.value
         return result.problem
@@ -81,6 +90,9 @@ class Layers:
         self._bench = bench
         self._errors: _Made[FloorErrors] = _Made("floor errors")
         self._collision: _Made[Wire] = _Made("collision mesh")
+        self._measured: _Made[ScenePackage] = _Made("what photos saw of objects")
+        self._unseen: dict[str, tuple[Pose, Squares | None]] = {}
+        """Unseen sides by object, and the pose at which they were laid out."""
         for topic in (Topic.SCENE, Topic.RECORDING, Topic.SETTINGS):
             bench.listen(topic, self.refresh)
         self.refresh()
@@ -102,15 +114,34 @@ class Layers:
             found.append(self.errors.squares)
         if self.shown.collision and self._collision.value is not None:
             found.append(self._collision.value)
+        scene = self._measured.value or self._bench.scene
+        if self.shown.unseen and scene is not None:
+            sides = [self._unseen_sides(item) for item in scene.objects]
+            found += [squares for squares in sides if squares is not None]
         return found
+
+    def _unseen_sides(self, item: ObjectModel) -> Squares | None:
+        """Unseen sides of an object where it is shown; laid out anew only once it has moved."""
+        pose = pose_of(self._bench, item.object_id) or item.world_from_object
+        laid = self._unseen.get(item.object_id)
+        if laid is None or not np.array_equal(laid[0].matrix(), pose.matrix()):
+            laid = (pose, unseen_squares(item, pose))
+            self._unseen[item.object_id] = laid
+        return laid[1]
 
     def refresh(self) -> None:
         """Make what is wanted and not there; forget what is of another scene or recording."""
         scene, recording, shown = self._bench.scene, self._bench.recording, self.shown
+        self._unseen.clear()
         if scene is None:
             self._collision.forget()
             self._errors.forget()
+            self._measured.forget()
             return
+        if self._measured.value is not None and self._measured.source is not scene:
+            self._measured.forget()
+        if shown.unseen and any(missing_records(scene)):
+            self._measured.want(scene, lambda: _measured(scene))
         if shown.collision:
             self._collision.want(scene, lambda: _wire(collision_mesh(scene)))
         if recording is None:
@@ -123,7 +154,7 @@ class Layers:
     def poll(self) -> bool:
         """Take what threads have made; whether there is something new to draw."""
         is_new = False
-        for layer in (self._errors, self._collision):
+        for layer in (self._errors, self._collision, self._measured):
             problem = layer.poll()
             if problem:
                 self._bench.say("warning", problem)
@@ -131,11 +162,20 @@ class Layers:
                 self._bench.say("info", f"errors on the floor: at most {self.errors.worst_m:.3f} m")
             if problem is not None:
                 is_new = True
+                self._unseen.clear()
         return is_new
 
     def close(self) -> None:
         """No longer follow the bench."""
         self._bench.stop_listening(self.refresh)
+
+
+def _measured(scene: ScenePackage) -> ScenePackage:
+    """The scene with what its photos saw of every object."""
+    renderer = NativeRenderer()
+    for object_id in missing_records(scene):
+        scene = with_coverage(scene, object_id, renderer=renderer)
+    return scene
 
 
 def _wire(mesh: CollisionMesh) -> Wire:

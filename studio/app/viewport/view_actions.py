@@ -26,6 +26,7 @@ LAYERS = {
     "collision": "Collision mesh",
     "covariance": "Uncertainty of poses",
     "errors": "Tracking error on the floor",
+    "unseen": "Sides that no photo saw",
 }
 """Titles of the layers of `Shown`."""
 

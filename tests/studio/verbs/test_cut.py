@@ -106,6 +106,9 @@ def test_cut_preview_and_undo(nexus, scene, tmp_path):
     np.testing.assert_allclose(sorted(item.box_m), [0.2, 0.25, 0.3], atol=0.02)
     solid = sum(8 * np.prod(part.half_size_m) for part in item.parts)
     assert solid == pytest.approx(np.prod(item.box_m), rel=0.1)
+    assert item.coverage is not None
+    assert report["seen"]["sides_percent"]["top"] == 100.0
+    assert report["seen_words"].startswith("seen from ")
     assert item.guessed_mass_kg is not None
     assert 1 < item.guessed_mass_kg < 15
     picture = cv2.imread(str(tmp_path / "p" / "0.png"))

@@ -34,13 +34,7 @@ def free_place(package: ScenePackage, box_m: tuple[float, float, float]) -> tupl
         ValueError: the floor has no such place.
     """
     low, high = package.footprint_m
-    columns, rows = np.maximum(np.ceil((high - low) / CELL_M).astype(int), 1)
-    floor, taken = _floor_and_taken(package, float(box_m[2]), (rows, columns))
-    reach = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * round(GAP_M / 2 / CELL_M) + 1,) * 2)
-    open_floor = (cv2.morphologyEx(floor, cv2.MORPH_CLOSE, reach) > 0) & (taken == 0)
-    # The footprint's edge ends the room.
-    padded = np.pad(open_floor.astype(np.uint8), 1)
-    clearance_m = CELL_M * cv2.distanceTransform(padded, cv2.DIST_L2, 5)[1:-1, 1:-1]
+    clearance_m = floor_clearance_m(package, float(box_m[2]))
     radius_m = 0.5 * float(np.hypot(box_m[0], box_m[1])) + BESIDE_M
     free = np.argwhere(clearance_m > radius_m)
     if not len(free):
@@ -52,6 +46,22 @@ def free_place(package: ScenePackage, box_m: tuple[float, float, float]) -> tupl
     away = np.linalg.norm(places - 0.5 * (low + high), axis=1)
     x, y = places[int(np.argmin(away))]
     return float(x), float(y)
+
+
+def floor_clearance_m(package: ScenePackage, height_m: float) -> NDArray[np.float32]:
+    """(rows, columns) distance from each cell of the floor to the nearest that is not free, metres.
+
+    Cells are `CELL_M` wide, from the footprint's lowest corner, y along rows; 0 where no floor was
+    seen, or something is in the way of what is `height_m` tall.
+    """
+    low, high = package.footprint_m
+    columns, rows = np.maximum(np.ceil((high - low) / CELL_M).astype(int), 1)
+    floor, taken = _floor_and_taken(package, height_m, (rows, columns))
+    reach = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * round(GAP_M / 2 / CELL_M) + 1,) * 2)
+    open_floor = (cv2.morphologyEx(floor, cv2.MORPH_CLOSE, reach) > 0) & (taken == 0)
+    # The footprint's edge ends the room.
+    padded = np.pad(open_floor.astype(np.uint8), 1)
+    return (CELL_M * cv2.distanceTransform(padded, cv2.DIST_L2, 5)[1:-1, 1:-1]).astype(np.float32)
 
 
 def _floor_and_taken(

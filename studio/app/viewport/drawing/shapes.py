@@ -166,6 +166,7 @@ class Shown:
         collision: wireframe of what stops objects.
         covariance: ellipsoids of the poses' uncertainty.
         errors: the tracker's error by place, on the floor.
+        unseen: parts of objects' boxes that no photo saw.
     """
 
     labels: bool = True
@@ -176,6 +177,7 @@ class Shown:
     collision: bool = False
     covariance: bool = False
     errors: bool = False
+    unseen: bool = False
 
     @classmethod
     def of(cls, layers: Mapping[str, bool]) -> Shown:

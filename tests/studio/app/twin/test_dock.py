@@ -42,6 +42,13 @@ def test_objects_of_the_scan_are_listed_and_selected_both_ways(dock, bench):
     assert bench.selection == bench.scene.objects[1].object_id
 
 
+def test_what_photos_saw_of_an_object_is_said(dock, bench):
+    bench.select(bench.scene.objects[0].object_id)
+    assert dock.inspector.seen.text() == "not measured"
+    bench.select(None)
+    assert dock.inspector.seen.text() == ""
+
+
 def test_a_number_moves_the_object_and_undo_takes_it_back(dock, bench):
     item = bench.scene.objects[0]
     bench.select(item.object_id)

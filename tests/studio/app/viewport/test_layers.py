@@ -128,3 +128,32 @@ def test_what_is_hidden_stays_hidden_the_next_time(tmp_path):
     shown = Shown.of(found.layers)
     assert (shown.labels, shown.collision, shown.avatars) == (False, True, True)
     assert Shown.of({"of a newer version": True}) == Shown()
+
+
+def test_unseen_sides_are_measured_when_they_are_wanted_and_move_with_objects(bench, monkeypatch):
+    from dataclasses import replace
+
+    from scenes.coverage.record import Coverage
+
+    asked = []
+
+    def measured(scene, object_id, *, renderer):
+        asked.append(object_id)
+        item = scene.object_by_id(object_id)
+        nothing = np.zeros(len(item.splats))
+        seen = replace(item, coverage=Coverage(nothing, nothing, np.zeros(6)))
+        others = tuple(seen if o.object_id == object_id else o for o in scene.objects)
+        return replace(scene, objects=others)
+
+    monkeypatch.setattr(layers_module, "with_coverage", measured)
+    layers = Layers(bench)
+    assert layers.shapes() == []
+    bench.set(layers={"unseen": True})
+    until_made(layers)
+    ids = [item.object_id for item in bench.scene.objects]
+    assert asked == ids
+    first = layers.shapes()
+    assert [shape.key for shape in first] == [f"unseen {object_id}" for object_id in ids]
+    assert all(a is b for a, b in zip(first, layers.shapes(), strict=True))
+    bench.show_scene(None)
+    assert layers.shapes() == []
