@@ -98,9 +98,7 @@ def capture_room(
 def capture_dataset(
     dataset: Dataset, folder: Path, *, progress: Progress, clock: Callable[[], float]
 ) -> Notes:
-    """Prepare a dataset's photos in its own world, unless that is there already; see
-    `capture_room`.
-    """
+    """Prepare a dataset's photos in its own world, unless that is there; see `capture_room`."""
     kept = _kept(folder)
     if kept is not None:
         return kept
