@@ -110,7 +110,7 @@ def labels_by_light(
         item = item.reshape(camera.height_px, camera.width_px)
         shown = [number for number in np.unique(item) if number >= 0]
         masks = [np.ones(item.shape, dtype=bool), *(item == number for number in shown)]
-        everything, *own = lift_all(cloud, view, masks, renderer=renderer)
+        everything, *own = lift_all(cloud, view, masks=masks, renderer=renderer)
         seen += everything
         for number, light in zip(shown, own, strict=True):
             inside[number] += light
@@ -122,8 +122,8 @@ def labels_by_light(
 def lift_all(
     cloud: SplatCloud,
     view: ViewPoint | View,
-    masks: Sequence[NDArray[np.bool_]],
     *,
+    masks: Sequence[NDArray[np.bool_]],
     renderer: NativeRenderer,
 ) -> list[NDArray[np.float32]]:
     """(N,) blend weight of every splat inside each mask of one view, in pixels.

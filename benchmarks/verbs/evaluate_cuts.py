@@ -59,7 +59,7 @@ def run(args: argparse.Namespace) -> int:
     progress = text_progress()
     scores: list[CutScore] = []
     made: list[tuple[Notes, float]] = []
-    for notes, capture in captures_of(seeds, args.dataset, folder, progress=progress):
+    for notes, capture in captures_of(seeds, args.dataset, folder=folder, progress=progress):
         made.append((notes, capture.off_m))
         scores += judged(capture, ways=args.only, progress=progress)
     rows = [*cut_rows(scores), *capture_rows(made)]

@@ -91,7 +91,7 @@ def read_room(seed: int, folder: Path) -> Capture:
         )
         for item in room.objects
     ]
-    return _capture(folder, truth, static_triangles(room), items)
+    return _capture(folder, world_from_camera=truth, static=static_triangles(room), items=items)
 
 
 def read_dataset_room(dataset: Dataset, folder: Path) -> Capture:
@@ -101,11 +101,12 @@ def read_dataset_room(dataset: Dataset, folder: Path) -> Capture:
         TrueObject(item.object_id, item.kind, item.kind, item.box_m, surface)
         for item, surface in zip(dataset.objects.values(), surfaces, strict=True)
     ]
-    return _capture(folder, dataset.world_from_camera, static, items)
+    return _capture(folder, world_from_camera=dataset.world_from_camera, static=static, items=items)
 
 
 def _capture(
     folder: Path,
+    *,
     world_from_camera: Mapping[str, Pose],
     static: FloatArray,
     items: list[TrueObject],

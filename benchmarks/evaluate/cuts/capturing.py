@@ -92,7 +92,7 @@ def capture_room(
     by_codes = _by_codes(room.codes, seed)
     without_codes = PrepareOptions(poses=folder / TRUE_POSES, metric_poses=True, seed=seed)
     ways = (by_codes, replace(by_codes, poses=folder / TRUE_POSES), without_codes)
-    return _prepared(folder / IMAGES, folder, ways, _Shown(room.name, progress, clock))
+    return _prepared(folder / IMAGES, folder, ways=ways, shown=_Shown(room.name, progress, clock))
 
 
 def capture_dataset(
@@ -108,7 +108,7 @@ def capture_dataset(
     )
     ways = (_by_codes(codes, 0),)
     shown = _Shown(dataset.folder.name, progress, clock)
-    return _prepared(dataset.photos, folder, ways, shown)
+    return _prepared(dataset.photos, folder, ways=ways, shown=shown)
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,7 +134,9 @@ def _by_codes(codes: tuple[QrCode, ...], seed: int) -> PrepareOptions:
     return PrepareOptions(sides_m=sides, known_codes=codes, seed=seed)
 
 
-def _prepared(images: Path, folder: Path, ways: Sequence[PrepareOptions], shown: _Shown) -> Notes:
+def _prepared(
+    images: Path, folder: Path, *, ways: Sequence[PrepareOptions], shown: _Shown
+) -> Notes:
     """Prepare photos in the first of some ways that gives a room, and keep the scene.
 
     Raises:

@@ -5,8 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
-
-import numpy as np
+from functools import partial
 
 from benchmarks.evaluate.cuts.captures import Capture
 from benchmarks.evaluate.cuts.cutting import (
@@ -20,6 +19,7 @@ from benchmarks.evaluate.cuts.marking import WAYS, marks_of, prompted
 from benchmarks.evaluate.cuts.scores import CutScore, TrueCut, figures
 from benchmarks.evaluate.cuts.truth import truth_of
 from scenes.prepare.cutout.marks.prompted_views import PromptedView
+from scenes.prepare.cutout.proposals import Proposal
 from scenes.render.native import NativeRenderer
 
 PROPOSED, BY_TRUTH = "propose", "true_labels"
@@ -55,7 +55,7 @@ def cases_of(capture: Capture) -> list[Case]:
     for number, item in enumerate(capture.objects):
         own = marks[item.object_id]
         perfect = TrueCut(truth.labels == number, item.triangles, truth.seen[number], item.box_m)
-        views = {way: prompted(capture, own, way) for way in WAYS}
+        views = {way: prompted(capture, own, way=way) for way in WAYS}
         share = float(truth.seen_share[number])
         cases.append(Case(capture, item.object_id, item.family, views, perfect, share))
     return cases
@@ -87,9 +87,8 @@ def scores_of(
     scores = []
     for way in ways:
         if case.views[way]:
-            scores.append(
-                _timed(case, way, lambda way=way: cut(case.capture, case.views[way]), stopwatch)
-            )
+            made = partial(cut, case.capture, case.views[way])
+            scores.append(_timed(case, made, way=way, stopwatch=stopwatch))
     return scores
 
 
@@ -103,23 +102,27 @@ def scores_without_marks(
     proposals = proposals_of(capture)
     scores = []
     for case in (case for case in cases if case.views["one_box"]):
-        labels = case.truth.labels
-        scores.append(
-            _timed(case, BY_TRUTH, lambda own=labels: cut_labelled(capture.package, own), stopwatch)
-        )
-
-        def accept(own: np.ndarray = labels) -> Cutting:
-            best = best_proposal(proposals, own)
-            if best is None:
-                raise ValueError("not among the proposals")
-            return cut_labelled(capture.package, best.found.labels)
-
-        scores.append(_timed(case, PROPOSED, accept, stopwatch))
+        by_truth = partial(cut_labelled, capture.package, case.truth.labels)
+        scores.append(_timed(case, by_truth, way=BY_TRUTH, stopwatch=stopwatch))
+        proposed = partial(_accept, case, proposals)
+        scores.append(_timed(case, proposed, way=PROPOSED, stopwatch=stopwatch))
     return scores
 
 
+def _accept(case: Case, proposals: Sequence[Proposal]) -> Cutting:
+    """The proposal that is most like the object, accepted.
+
+    Raises:
+        ValueError: none is like it.
+    """
+    best = best_proposal(proposals, case.truth.labels)
+    if best is None:
+        raise ValueError(f"{case.object_id} is not among the {len(proposals)} proposals")
+    return cut_labelled(case.capture.package, best.found.labels)
+
+
 def _timed(
-    case: Case, way: str, make: Callable[[], Cutting], stopwatch: Callable[[], float]
+    case: Case, make: Callable[[], Cutting], *, way: str, stopwatch: Callable[[], float]
 ) -> CutScore:
     began, refused = stopwatch(), ""
     cutting: Cutting | None = None

@@ -27,7 +27,7 @@ OBJECT_ID = "cut"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cutting:
-    """What a cut made of an object.
+    """An object as a cut made it.
 
     Attributes:
         labels: (N,) the room's splats that became the object's.
@@ -47,7 +47,7 @@ Cut = Callable[[Capture, Sequence[PromptedView]], Cutting]
 
 
 def cut_by_product(capture: Capture, prompted: Sequence[PromptedView]) -> Cutting:
-    """What `nexus cut` does with boxes or a click in photos, and GrabCut.
+    """The cut of `nexus cut` with boxes or a click in photos, and GrabCut.
 
     Raises:
         ValueError: the marks show no object; says what to do.
@@ -59,7 +59,7 @@ def cut_by_product(capture: Capture, prompted: Sequence[PromptedView]) -> Cuttin
 
 
 def cut_labelled(package: ScenePackage, labels: BoolArray) -> Cutting:
-    """What the product makes of splats that are labelled already: by the truth, or by a proposal.
+    """The product's object of splats that are labelled already: by the truth, or by a proposal.
 
     Raises:
         ValueError: no object can be made of them.
@@ -89,7 +89,7 @@ def best_proposal(proposals: Sequence[Proposal], labels: BoolArray) -> Proposal 
 
 
 def proposals_of(capture: Capture) -> tuple[Proposal, ...]:
-    """What `nexus cut --propose` lists."""
+    """The list of `nexus cut --propose`."""
     return propose(capture.package.room)
 
 

@@ -24,7 +24,7 @@ OFF_BAR_MM = 10.0
 
 
 def captures_of(
-    seeds: Sequence[int], datasets: Sequence[Path], folder: Path, *, progress: Progress
+    seeds: Sequence[int], datasets: Sequence[Path], *, folder: Path, progress: Progress
 ) -> Iterator[tuple[Notes, Capture]]:
     """How each room's capture came about, and the capture; made where it is not in the folder.
 

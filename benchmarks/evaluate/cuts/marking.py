@@ -28,7 +28,7 @@ COARSER = 4
 LESS_SHARE = 0.4
 """Where no photo shows most of an object, one that shows so much of it is taken."""
 
-LEAST_PX = 300
+MIN_SEEN_PX = 300
 """Of an object in sight, in the photo's pixels: what is smaller, people film again."""
 
 WAYS: Mapping[str, int] = {"click": 1, "one_box": 1, "two_boxes": 2, "three_boxes": 3}
@@ -40,7 +40,7 @@ KEPT = "marks.json"
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """What is marked in one photo.
+    """Marks on one object in one photo.
 
     Attributes:
         photo: its name.
@@ -71,7 +71,7 @@ def marks_of(capture: Capture) -> dict[str, tuple[Mark, ...]]:
     return found
 
 
-def prompted(capture: Capture, marks: Sequence[Mark], way: str) -> tuple[PromptedView, ...]:
+def prompted(capture: Capture, marks: Sequence[Mark], *, way: str) -> tuple[PromptedView, ...]:
     """The marked photos of one way of marking; fewer where fewer photos show the object.
 
     Args:
@@ -151,7 +151,7 @@ def _rank(whole: NDArray[np.bool_], seen: NDArray[np.bool_]) -> tuple[int, int] 
     Whole and mostly in sight, then hidden by half, then at the photo's edge; the larger first.
     """
     share = seen.sum() / max(whole.sum(), 1)
-    if share < LESS_SHARE or COARSER**2 * seen.sum() < LEAST_PX:
+    if share < LESS_SHARE or COARSER**2 * seen.sum() < MIN_SEEN_PX:
         return None
     at_edge = whole[0].any() or whole[-1].any() or whole[:, 0].any() or whole[:, -1].any()
     kind = 2 if at_edge else int(share < MIN_SHARE)

@@ -63,7 +63,7 @@ def with_codes(room: PhysicalRoom) -> PhysicalRoom:
     scene = RayScene(triangles_of(room))
     height = max(float(mesh.vertices[:, 2].max()) for mesh in room.static)
     inside = Shell(np.append(room.footprint_m[0], 0.0), np.append(room.footprint_m[1], height))
-    best = [_best(inside, side, scene) for side in ("+x", "-x", "+y", "-y")]
+    best = [_best(inside, side, scene=scene) for side in ("+x", "-x", "+y", "-y")]
     found = sorted((place for place in best if place is not None), key=lambda place: -place[0])
     if not found:
         raise ValueError(
@@ -74,13 +74,13 @@ def with_codes(room: PhysicalRoom) -> PhysicalRoom:
     for number, (_, world_from_wall) in enumerate(found[:CODES], start=1):
         payload = f"nexus:{room.name}:{number}"
         card, code = decor.code(world_from_wall, payload, SIDE_M)
-        surfaces += [_lit(surface, room, world_from_wall) for surface in card]
+        surfaces += [_lit(surface, room, world_from_wall=world_from_wall) for surface in card]
         codes.append(code)
     mesh = mesh_from_surfaces(surfaces)
     return replace(room, static=(*room.static, mesh), codes=(*room.codes, *codes))
 
 
-def _best(inside: Shell, side: str, scene: RayScene) -> tuple[int, Pose] | None:
+def _best(inside: Shell, side: str, *, scene: RayScene) -> tuple[int, Pose] | None:
     """How many eyes see the best free place of a wall, and its frame; None if none is free."""
     axis = 1 if "x" in side else 0
     low, high = inside.low[axis] + CLEAR_M, inside.high[axis] - CLEAR_M
@@ -90,7 +90,7 @@ def _best(inside: Shell, side: str, scene: RayScene) -> tuple[int, Pose] | None:
             wall = inside.wall(side, float(along), z)
             if not _is_bare(wall, scene):
                 continue
-            seen = _eyes_that_see(wall, inside, scene)
+            seen = _eyes_that_see(wall, inside, scene=scene)
             if seen and (best is None or seen > best[0]):
                 best = seen, wall
     return best
@@ -105,7 +105,7 @@ def _is_bare(world_from_wall: Pose, scene: RayScene) -> bool:
     return bool((np.abs(scene.cast(origins, towards).distance - BEFORE_M) < EVEN_M).all())
 
 
-def _eyes_that_see(world_from_wall: Pose, inside: Shell, scene: RayScene) -> int:
+def _eyes_that_see(world_from_wall: Pose, inside: Shell, *, scene: RayScene) -> int:
     """From how many places of the floor a code here could be read."""
     low, high = inside.low[:2] + FROM_WALL_M, inside.high[:2] - FROM_WALL_M
     x, y = np.meshgrid(*(np.arange(a, b, EYES_M) for a, b in zip(low, high, strict=True)))
@@ -117,7 +117,7 @@ def _eyes_that_see(world_from_wall: Pose, inside: Shell, scene: RayScene) -> int
     return int((near & ~scene.blocked(eyes, 0.98 * towards)).sum())
 
 
-def _lit(surface: Surface, room: PhysicalRoom, world_from_wall: Pose) -> Surface:
+def _lit(surface: Surface, room: PhysicalRoom, *, world_from_wall: Pose) -> Surface:
     """A sheet's face in the light that an object would have there."""
     facing = max(float(world_from_wall.rotation[:, 2] @ room.light_direction), 0.0)
     light = min(room.ambient + room.key * facing, 1.0)

@@ -30,6 +30,9 @@ BARS: Mapping[str, float] = {
 }
 """What two boxes in an unknown room must give."""
 
+NO_BARS: Mapping[str, float] = {}
+"""Other ways of marking are only reported."""
+
 CLICK_IOU_BAR = 0.92
 """Mean overlap that one click must give."""
 
@@ -39,13 +42,13 @@ WORST = 10
 
 def cut_rows(scores: Sequence[CutScore]) -> list[Row]:
     """The figures of all cuts, the usual way of marking first."""
-    rows = _figures("cuts", _of(scores, USUAL), BARS)
+    rows = _figures("cuts", _of(scores, USUAL), bars=BARS)
     clicked = _of(scores, "click")
     if clicked:
         mean = float(np.mean([score.iou for score in clicked]))
         rows.append(at_least("cuts.click_iou.mean", mean, "", bar=CLICK_IOU_BAR))
     for way in ("click", "one_box", "three_boxes", PROPOSED, BY_TRUTH):
-        rows += _figures(f"cuts.{way}", _of(scores, way), {})
+        rows += _figures(f"cuts.{way}", _of(scores, way))
     for family in sorted({score.family for score in scores}):
         own = [score for score in _of(scores, USUAL) if score.family == family]
         if own:
@@ -62,7 +65,9 @@ def breakdown(scores: Sequence[CutScore]) -> list[str]:
     return [_by_family(scores), _worst(usual)]
 
 
-def _figures(name: str, scores: Sequence[CutScore], bars: Mapping[str, float]) -> list[Row]:
+def _figures(
+    name: str, scores: Sequence[CutScore], *, bars: Mapping[str, float] = NO_BARS
+) -> list[Row]:
     """Rows of one way of marking; none without a score."""
     if not scores:
         return []

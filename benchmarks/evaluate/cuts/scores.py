@@ -64,7 +64,7 @@ class CutScore:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrueCut:
-    """What a perfect cut would be.
+    """Truth that an object's cut is held against.
 
     Attributes:
         labels: (N,) the object's splats.

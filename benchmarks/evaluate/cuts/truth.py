@@ -1,4 +1,4 @@
-"""What is true of every splat of a capture, and which of an object's surface its photos saw."""
+"""Owners of a capture's splats, and which of an object's surface its photos saw."""
 
 from __future__ import annotations
 
@@ -68,11 +68,11 @@ def truth_of(capture: Capture, *, renderer: NativeRenderer) -> Truth:
     seen, shares = [], []
     for number, item in enumerate(capture.objects):
         points = surface_points(item.triangles, np.random.default_rng(number))
-        is_seen = seen_in(points, scene, capture.photos)
+        is_seen = seen_in(points, scene, views=capture.photos)
         seen.append(points[is_seen])
         shares.append(float(is_seen.mean()))
     truth = Truth(labels, tuple(seen), np.array(shares))
-    _keep(truth, path, key)
+    _keep(truth, path, key=key)
     return truth
 
 
@@ -89,7 +89,7 @@ def surface_points(triangles: FloatArray, rng: np.random.Generator) -> FloatArra
     return np.einsum("kc,kcx->kx", weights, chosen)
 
 
-def seen_in(points: FloatArray, scene: RayScene, views: Sequence[View]) -> NDArray[np.bool_]:
+def seen_in(points: FloatArray, scene: RayScene, *, views: Sequence[View]) -> NDArray[np.bool_]:
     """(K,) whether some photo sees points (K, 3) of a scene's surface."""
     seen = np.zeros(len(points), dtype=bool)
     for view in views:
@@ -117,7 +117,7 @@ def _key(capture: Capture) -> str:
     return digest.hexdigest()
 
 
-def _keep(truth: Truth, path: Path, key: str) -> None:
+def _keep(truth: Truth, path: Path, *, key: str) -> None:
     np.savez_compressed(
         path,
         key=np.array(key),

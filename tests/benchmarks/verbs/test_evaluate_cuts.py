@@ -19,7 +19,7 @@ def test_seeds_that_are_none_are_refused(tmp_path):
 
 
 def test_a_folder_that_is_no_dataset_is_refused(tmp_path):
-    with pytest.raises(ValueError, match="objects.json"):
+    with pytest.raises(ValueError, match=r"objects\.json"):
         evaluate_cuts.run(parsed("--dataset", str(tmp_path), "--captures", str(tmp_path)))
 
 

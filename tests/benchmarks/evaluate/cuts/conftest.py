@@ -1,4 +1,4 @@
-"""A room of two cubes on a floor: its meshes, splats all over them, photos drawn from the meshes."""
+"""A room of two cubes on a floor: meshes, splats all over them, photos drawn from the meshes."""
 
 import math
 
@@ -79,9 +79,7 @@ def cubes(tmp_path_factory):
     )
     footprint = np.array([[-1.5, -1.5], [1.5, 1.5]])
     views = tuple(ViewPoint(v.name, v.camera, v.world_from_camera) for v in photos)
-    package = ScenePackage(
-        "cubes", cloud, (), (), Pose.identity(), footprint, None, views=views
-    )
+    package = ScenePackage("cubes", cloud, (), (), Pose.identity(), footprint, None, views=views)
     return Capture(folder, package, tuple(photos), static, items, 0.0)
 
 

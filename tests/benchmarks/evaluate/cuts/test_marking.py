@@ -19,7 +19,7 @@ def test_every_object_is_marked_in_three_photos_from_different_sides(cubes):
 
 def test_the_click_is_on_the_object(cubes):
     for name, rgb in (("red", (1, 0, 0)), ("blue", (0, 0, 1))):
-        (view,) = prompted(cubes, marks_of(cubes)[name], "click")
+        (view,) = prompted(cubes, marks_of(cubes)[name], way="click")
         x, y = np.floor(view.prompt.inside_px[0]).astype(int)
         assert int(np.argmax(view.picture[y, x])) == int(np.argmax(rgb))
         assert view.prompt.box_px is None
@@ -27,7 +27,7 @@ def test_the_click_is_on_the_object(cubes):
 
 def test_ways_mark_as_many_photos_as_they_say(cubes):
     own = marks_of(cubes)["red"]
-    counts = {way: len(prompted(cubes, own, way)) for way in WAYS}
+    counts = {way: len(prompted(cubes, own, way=way)) for way in WAYS}
     assert counts == {"click": 1, "one_box": 1, "two_boxes": 2, "three_boxes": 3}
 
 
