@@ -7,12 +7,13 @@ the stages it was made in.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from benchmarks.evaluate.cuts.printed_codes import with_codes
 from benchmarks.evaluate.dataset.layout import Dataset
@@ -23,16 +24,23 @@ from scenes.package import is_package
 from scenes.pose import Pose
 from scenes.prepare.options import PrepareOptions
 from scenes.prepare.pipeline import prepare
-from scenes.prepare.saved_reconstruction import save_reconstruction
+from scenes.prepare.reconstruction import View
+from scenes.prepare.saved_reconstruction import load_reconstruction, save_reconstruction
 from scenes.prepare.stages import open_work_folder
 from scenes.render.native import NativeRenderer
-from sim.phone.capture import IMAGES, TRUTH
+from sim.phone.capture import IMAGES, TRUTH, read_truth
 from sim.phone.phone import film
 from studio.console.progress import Progress, StageProgress
 
 SCENE, PHOTOS, NOTES = "scan.gnx", "photos", "capture.json"
 """Of a capture's folder: the scene package, the photos with their poses in its world, and how it
 came about."""
+
+POSES = "poses/sfm/reconstruction"
+"""Of a preparation's folder: the photos' places as structure from motion found them."""
+
+WRONG_TURN_DEG = 5.0
+"""Photos at right places are turned by tenths of a degree, mistaken ones by many."""
 
 TRUE_POSES = TRUTH / "transforms.json"
 """Of a capture's folder: the phone's poses in the form that `nexus prepare --poses` reads."""
@@ -92,7 +100,10 @@ def capture_room(
     by_codes = _by_codes(room.codes, seed)
     without_codes = PrepareOptions(poses=folder / TRUE_POSES, metric_poses=True, seed=seed)
     ways = (by_codes, replace(by_codes, poses=folder / TRUE_POSES), without_codes)
-    return _prepared(folder / IMAGES, folder, ways=ways, shown=_Shown(room.name, progress, clock))
+    truth = {shot.name: shot.world_from_camera for shot in read_truth(folder).shots}
+    return _prepared(
+        folder / IMAGES, folder, ways=ways, shown=_Shown(room.name, progress, clock, truth)
+    )
 
 
 def capture_dataset(
@@ -107,17 +118,18 @@ def capture_dataset(
         for name, corners in dataset.code_corners_m.items()
     )
     ways = (_by_codes(codes, 0),)
-    shown = _Shown(dataset.folder.name, progress, clock)
+    shown = _Shown(dataset.folder.name, progress, clock, dataset.world_from_camera)
     return _prepared(dataset.photos, folder, ways=ways, shown=shown)
 
 
 @dataclass(frozen=True, slots=True)
 class _Shown:
-    """Name of a room under preparation, and where its progress goes."""
+    """A room under preparation: its name, where its progress goes, and where photos truly were."""
 
     name: str
     progress: Progress
     clock: Callable[[], float]
+    truth: Mapping[str, Pose]
 
 
 def _kept(folder: Path) -> Notes | None:
@@ -146,7 +158,8 @@ def _prepared(
     for options in ways:
         stages = StageProgress(shown.progress)
         path = folder / f"{SCENE}.prepare"
-        work = open_work_folder(path, seconds=shown.clock, progress=stages)
+        watched = _Watched(path / POSES, shown.truth, stages)
+        work = open_work_folder(path, seconds=shown.clock, progress=watched)
         try:
             prepared = prepare(
                 images, folder / SCENE, work=work, options=options, renderer=NativeRenderer()
@@ -162,6 +175,55 @@ def _prepared(
         write_file(folder / NOTES, [json.dumps(asdict(notes), indent=1).encode()])
         return notes
     raise ValueError(f"{shown.name}: {refused}")
+
+
+class _Watched:
+    """Progress of a preparation that is ended once photos turn out to be at wrong places.
+
+    Splats of wrong poses say nothing about cuts, and a training takes minutes.
+
+    Args:
+        folder: of the reconstruction, once there is one.
+        truth: where each photo was.
+        shown: gets the progress.
+    """
+
+    def __init__(self, folder: Path, truth: Mapping[str, Pose], shown: StageProgress) -> None:
+        self._folder, self._truth, self._shown = folder, truth, shown
+        self._is_checked = False
+
+    def __call__(self, done: float, note: str) -> None:
+        """How far the stage is that the note begins with.
+
+        Raises:
+            ValueError: photos are at wrong places.
+        """
+        self._shown(done, note)
+        if not self._is_checked and note.startswith("alignment"):
+            self._is_checked = True
+            if self._folder.is_dir():
+                require_right_poses(load_reconstruction(self._folder).views, self._truth)
+
+
+def require_right_poses(views: Sequence[View], truth: Mapping[str, Pose]) -> None:
+    """Check the directions of placed photos, each against all others.
+
+    Raises:
+        ValueError: some look elsewhere than they truly did; says how many.
+    """
+    placed = [view for view in views if view.name in truth]
+    turns = Rotation.from_matrix(
+        np.stack([truth[view.name].rotation @ view.world_from_camera.rotation.T for view in placed])
+    )
+    # Most photos are right: the turn that is nearest to most is that between the two worlds.
+    apart = np.degrees(np.stack([(turns * turn.inv()).magnitude() for turn in turns]))
+    off = apart[int(np.argmin(np.median(apart, axis=1)))]
+    wrong = int((off > WRONG_TURN_DEG).sum())
+    if wrong:
+        raise ValueError(
+            f"structure from motion turned {wrong} of {len(placed)} photos by more than "
+            f"{WRONG_TURN_DEG:g}°, up to {off.max():.0f}°"
+        )
 
 
 def _code_pose(corners_m: NDArray[np.float64]) -> Pose:

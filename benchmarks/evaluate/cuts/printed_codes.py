@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import replace
 
 import numpy as np
@@ -26,6 +27,9 @@ SIDE_M = 0.24
 
 HEIGHTS_M = (1.3, 1.5, 1.7)
 """Of its middle: where people hang such a sheet."""
+
+PAYLOAD = 8
+"""Characters of a code: what fits the smallest symbol, whose modules are the largest."""
 
 STEP_M = 0.1
 """Between places along a wall that are compared."""
@@ -72,8 +76,7 @@ def with_codes(room: PhysicalRoom) -> PhysicalRoom:
     surfaces: list[Surface] = []
     codes: list[QrCode] = []
     for number, (_, world_from_wall) in enumerate(found[:CODES], start=1):
-        payload = f"nexus:{room.name}:{number}"
-        card, code = decor.code(world_from_wall, payload, SIDE_M)
+        card, code = decor.code(world_from_wall, _payload(room.name, number), SIDE_M)
         surfaces += [_lit(surface, room, world_from_wall=world_from_wall) for surface in card]
         codes.append(code)
     mesh = mesh_from_surfaces(surfaces)
@@ -94,6 +97,15 @@ def _best(inside: Shell, side: str, *, scene: RayScene) -> tuple[int, Pose] | No
             if seen and (best is None or seen > best[0]):
                 best = seen, wall
     return best
+
+
+def _payload(name: str, number: int) -> str:
+    """Eight characters that differ from the first on from those of the room's other codes.
+
+    Symbols of payloads with a common beginning are alike in most of their modules. On walls that
+    show little else, structure from motion took one for another and turned photos by half a turn.
+    """
+    return hashlib.sha256(f"{name}:{number}".encode()).hexdigest()[:PAYLOAD].upper()
 
 
 def _is_bare(world_from_wall: Pose, scene: RayScene) -> bool:
