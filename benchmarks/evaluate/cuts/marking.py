@@ -103,7 +103,7 @@ def _found(capture: Capture) -> dict[str, tuple[Mark, ...]]:
     for view in capture.photos:
         if not isinstance(view.camera, Pinhole):
             continue
-        small = replace(view, camera=_smaller(view.camera))
+        small = replace(view, camera=smaller(view.camera, COARSER))
         shown = whole_scene.owners(small)
         for number, scene in enumerate(alone):
             rank = _rank(_outline(small, scene), shown == number)
@@ -178,8 +178,9 @@ def _mark(view: View, outline: NDArray[np.bool_]) -> Mark:
     return Mark(view.name, box, (float(column) - 0.5, float(row) - 0.5))
 
 
-def _smaller(camera: Pinhole) -> Pinhole:
-    width, height = camera.width_px // COARSER, camera.height_px // COARSER
+def smaller(camera: Pinhole, times: int) -> Pinhole:
+    """The camera of a picture that is so many times smaller each way."""
+    width, height = camera.width_px // times, camera.height_px // times
     across, down = width / camera.width_px, height / camera.height_px
     return Pinhole(
         width,
