@@ -54,7 +54,13 @@ def cases_of(capture: Capture) -> list[Case]:
     cases = []
     for number, item in enumerate(capture.objects):
         own = marks[item.object_id]
-        perfect = TrueCut(truth.labels == number, item.triangles, truth.seen[number], item.box_m)
+        perfect = TrueCut(
+            labels=truth.labels == number,
+            by_mesh=truth.by_mesh == number,
+            triangles=item.triangles,
+            seen=truth.seen[number],
+            box_m=item.box_m,
+        )
         views = {way: prompted(capture, own, way=way) for way in WAYS}
         share = float(truth.seen_share[number])
         cases.append(Case(capture, item.object_id, item.family, views, perfect, share))
@@ -141,6 +147,7 @@ def _score(
         object_id=case.object_id,
         family=case.family,
         way=way,
+        photos=len(case.views.get(way, ())),
         seconds=seconds,
         refused=refused,
         **asdict(figures(case.truth, cutting)),

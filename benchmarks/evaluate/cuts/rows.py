@@ -88,6 +88,8 @@ def _figures(
             bar=bars.get("iou.ge_90_percent"),
         ),
     ]
+    by_mesh = float(np.mean([score.iou_by_mesh for score in scores]))
+    rows.append(Row(f"{name}.iou_by_mesh.mean", by_mesh, ""))
     rows += [at_most(f"{name}.{k}", value, "%", bar=bars.get(k)) for k, value in percent.items()]
     if len(box_cm):
         p95 = float(np.percentile(box_cm, 95))
@@ -103,6 +105,7 @@ def _figures(
         ),
         Row(f"{name}.refused", float(sum(bool(score.refused) for score in scores)), ""),
         Row(f"{name}.objects", float(len(scores)), ""),
+        Row(f"{name}.photos.mean", float(np.mean([score.photos for score in scores])), ""),
     ]
     return rows
 

@@ -40,7 +40,9 @@ class CutScore:
         object_id: of the object.
         family: of the object.
         way: of marking.
+        photos: how many were marked; fewer than wanted where no more show the object.
         iou: overlap of the object's splats with the true ones, by count.
+        iou_by_mesh: the same with those that lie near to its surface only.
         missing: share of the true surface that photos saw with no splat of the cut near it.
         foreign: share of the cut's splats, by area and opacity, that are far from its true surface.
         box_cm: largest error of the box's extents; its whole size if refused, NaN without a box.
@@ -53,7 +55,9 @@ class CutScore:
     object_id: str
     family: str
     way: str
+    photos: int
     iou: float
+    iou_by_mesh: float
     missing: float
     foreign: float
     box_cm: float
@@ -68,12 +72,14 @@ class TrueCut:
 
     Attributes:
         labels: (N,) the object's splats.
+        by_mesh: (N,) those of them that lie near to its surface.
         triangles: (T, 3, 3) its surface.
         seen: (K, 3) points of it that photos saw.
         box_m: (3,) extents of its box.
     """
 
     labels: NDArray[np.bool_]
+    by_mesh: NDArray[np.bool_]
     triangles: FloatArray
     seen: FloatArray
     box_m: FloatArray
@@ -84,6 +90,7 @@ class Figures:
     """Figures of one cut, as `CutScore` has them."""
 
     iou: float
+    iou_by_mesh: float
     missing: float
     foreign: float
     box_cm: float
@@ -93,10 +100,11 @@ class Figures:
 def figures(truth: TrueCut, cutting: Cutting | None) -> Figures:
     """How near a cut comes to the truth; None was refused: all is missing."""
     if cutting is None:
-        return Figures(0.0, 1.0, 0.0, 100.0 * float(truth.box_m.max()), 1.0)
+        return Figures(0.0, 0.0, 1.0, 0.0, 100.0 * float(truth.box_m.max()), 1.0)
     own = truth.labels
     return Figures(
         iou=overlap(cutting.labels, own),
+        iou_by_mesh=overlap(cutting.labels, truth.by_mesh),
         missing=missing_share(truth.seen, cutting.splats),
         foreign=foreign_share(truth.triangles, cutting.splats),
         box_cm=box_error_cm(truth.box_m, cutting.box_m),

@@ -46,13 +46,17 @@ class Truth:
 
     Attributes:
         labels: (N,) index into the capture's objects, -1 for what never moves, -2 for floaters:
-            whose mesh is nearest, and of two that are equally near, whose pixels the splat paints.
+            whose mesh is nearest; of two that are equally near, or where none is near, whose pixels
+            the splat paints. A plain chair that few photos show is drawn by splats several
+            centimetres off its surface, and they are the chair's all the same.
+        by_mesh: (N,) the same where those that are near to none are floaters, whatever they paint.
         seen: by object, (K, 3) points spread evenly on that surface of it that some photo saw, in
             the package's world.
         seen_share: by object, how much of its surface that is.
     """
 
     labels: NDArray[np.int16]
+    by_mesh: NDArray[np.int16]
     seen: tuple[FloatArray, ...]
     seen_share: FloatArray
 
@@ -64,12 +68,13 @@ def truth_of(capture: Capture, *, renderer: NativeRenderer) -> Truth:
         with np.load(path, allow_pickle=False) as kept:
             if str(kept["key"]) == key:
                 seen = np.split(kept["points"], np.cumsum(kept["counts"])[:-1])
-                return Truth(kept["labels"], tuple(seen), kept["seen_share"])
+                return Truth(kept["labels"], kept["by_mesh"], tuple(seen), kept["seen_share"])
     room, parts = capture.package.room, capture.parts
     labels = labels_by_mesh(room, parts)
     views = [replace(v, camera=_smaller(v.camera)) for v in capture.photos]
     by_light = labels_by_light(room, parts, viewpoints=views, renderer=renderer)
-    labels = np.where(between_two(room, parts), by_light, labels).astype(np.int16)
+    by_mesh = np.where(between_two(room, parts), by_light, labels).astype(np.int16)
+    labels = np.where((by_mesh == -2) & (by_light >= 0), by_light, by_mesh).astype(np.int16)
     scene = RayScene(np.concatenate(parts))
     seen, shares = [], []
     for number, item in enumerate(capture.objects):
@@ -77,7 +82,7 @@ def truth_of(capture: Capture, *, renderer: NativeRenderer) -> Truth:
         is_seen = seen_in(points, scene, views=capture.photos)
         seen.append(points[is_seen])
         shares.append(float(is_seen.mean()))
-    truth = Truth(labels, tuple(seen), np.array(shares))
+    truth = Truth(labels, by_mesh, tuple(seen), np.array(shares))
     _keep(truth, path, key=key)
     return truth
 
@@ -132,6 +137,7 @@ def _keep(truth: Truth, path: Path, *, key: str) -> None:
         path,
         key=np.array(key),
         labels=truth.labels,
+        by_mesh=truth.by_mesh,
         points=np.concatenate(truth.seen),
         counts=np.array([len(points) for points in truth.seen]),
         seen_share=truth.seen_share,

@@ -11,6 +11,8 @@ def score(name, iou, **other):
         "room": "random-1",
         "family": "mug",
         "way": "two_boxes",
+        "photos": 2,
+        "iou_by_mesh": iou,
         "missing": 0.0,
         "foreign": 0.0,
         "box_cm": 1.0,

@@ -22,7 +22,13 @@ def perfect(cubes):
     from scenes.render.native import NativeRenderer
 
     truth = truth_of(cubes, renderer=NativeRenderer())
-    return TrueCut(truth.labels == 0, cubes.objects[0].triangles, truth.seen[0], BOX)
+    return TrueCut(
+        truth.labels == 0,
+        truth.by_mesh == 0,
+        cubes.objects[0].triangles,
+        truth.seen[0],
+        BOX,
+    )
 
 
 def test_the_truth_itself_is_perfect(cubes, perfect):
