@@ -14,6 +14,7 @@ from benchmarks.evaluate.cuts.cutting import (
     best_proposal,
     cut_labelled,
     proposals_of,
+    with_labels,
 )
 from benchmarks.evaluate.cuts.marking import WAYS, marks_of, prompted
 from benchmarks.evaluate.cuts.scores import CutScore, TrueCut, figures
@@ -22,8 +23,9 @@ from scenes.prepare.cutout.marks.prompted_views import PromptedView
 from scenes.prepare.cutout.proposals import Proposal
 from scenes.render.native import NativeRenderer
 
-PROPOSED, BY_TRUTH = "propose", "true_labels"
-"""Ways that need no mark: the product's proposals, and the truth, which no cut can exceed."""
+PROPOSED, MADE, BY_TRUTH = "propose", "true_labels_made", "true_labels"
+"""Ways that need no mark: the product's proposals; an object that it makes of the truth's labels;
+and these labels themselves, which no cut of these splats can exceed."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -108,8 +110,11 @@ def scores_without_marks(
     proposals = proposals_of(capture)
     scores = []
     for case in (case for case in cases if case.views["one_box"]):
-        by_truth = partial(cut_labelled, capture.package, case.truth.labels)
-        scores.append(_timed(case, by_truth, way=BY_TRUTH, stopwatch=stopwatch))
+        own = case.truth.labels
+        made = partial(cut_labelled, capture.package, own)
+        scores.append(_timed(case, made, way=MADE, stopwatch=stopwatch))
+        perfect = partial(with_labels, capture.package, own)
+        scores.append(_timed(case, perfect, way=BY_TRUTH, stopwatch=stopwatch))
         proposed = partial(_accept, case, proposals)
         scores.append(_timed(case, proposed, way=PROPOSED, stopwatch=stopwatch))
     return scores

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from benchmarks.evaluate.cuts.cases import BY_TRUTH, PROPOSED
+from benchmarks.evaluate.cuts.cases import BY_TRUTH, MADE, PROPOSED
 from benchmarks.evaluate.cuts.marking import WAYS
 from benchmarks.evaluate.cuts.scores import CutScore
 from studio.console.rows import Row, at_least, at_most
@@ -47,7 +47,7 @@ def cut_rows(scores: Sequence[CutScore]) -> list[Row]:
     if clicked:
         mean = float(np.mean([score.iou for score in clicked]))
         rows.append(at_least("cuts.click_iou.mean", mean, "", bar=CLICK_IOU_BAR))
-    for way in ("click", "one_box", "three_boxes", PROPOSED, BY_TRUTH):
+    for way in ("click", "one_box", "three_boxes", PROPOSED, MADE, BY_TRUTH):
         rows += _figures(f"cuts.{way}", _of(scores, way))
     for family in sorted({score.family for score in scores}):
         own = [score for score in _of(scores, USUAL) if score.family == family]
@@ -112,15 +112,15 @@ def _figures(
 
 def _by_family(scores: Sequence[CutScore]) -> str:
     """Mean overlap by family and way, and how many are spoilt with the usual marks."""
-    ways = [way for way in (*WAYS, PROPOSED, BY_TRUTH) if _of(scores, way)]
+    ways = [way for way in (*WAYS, PROPOSED, MADE) if _of(scores, way)]
     families = sorted({score.family for score in scores})
-    lines = [f"{'family':<14}{'n':>3}" + "".join(f"{way:>13}" for way in ways)]
+    lines = [f"{'family':<14}{'n':>3}" + "".join(f"{way:>17}" for way in ways)]
     lines[0] += f"{'missing':>9}{'foreign':>9}{'box cm':>8}"
     for family in families:
         own = [score for score in scores if score.family == family]
         usual = _of(own, USUAL)
         means = [_mean([score.iou for score in _of(own, way)]) for way in ways]
-        line = f"{family:<14}{len(usual):>3}" + "".join(f"{mean:>13}" for mean in means)
+        line = f"{family:<14}{len(usual):>3}" + "".join(f"{mean:>17}" for mean in means)
         line += f"{sum(s.missing > SPOILT for s in usual):>9}"
         line += f"{sum(s.foreign > SPOILT for s in usual):>9}"
         lines.append(line + f"{_mean([s.box_cm for s in usual]):>8}")

@@ -1,6 +1,6 @@
 """A whole room is judged: the product's cut, the truth's own labels, and a cut that is refused."""
 
-from benchmarks.evaluate.cuts.cases import BY_TRUTH, cases_of, scores_of, scores_without_marks
+from benchmarks.evaluate.cuts.cases import BY_TRUTH, MADE, cases_of, scores_of, scores_without_marks
 from benchmarks.evaluate.cuts.cutting import cut_by_product
 
 
@@ -24,8 +24,10 @@ def test_a_refused_cut_is_scored_with_its_words(cubes):
 
 def test_the_truth_is_the_upper_bound(cubes):
     scores = scores_without_marks(cases_of(cubes))
-    assert {score.way for score in scores} == {"propose", BY_TRUTH}
+    assert {score.way for score in scores} == {"propose", MADE, BY_TRUTH}
     for score in scores:
         if score.way == BY_TRUTH:
+            assert (score.iou, score.missing, score.left) == (1.0, 0.0, 0.0)
+        if score.way == MADE:
             assert score.iou > 0.95
             assert score.box_cm < 10.0
