@@ -155,5 +155,5 @@ def _score(
         photos=len(case.views.get(way, ())),
         seconds=seconds,
         refused=refused,
-        **asdict(figures(case.truth, cutting)),
+        **asdict(figures(case.truth, cutting, room=case.capture.package.room)),
     )

@@ -78,6 +78,7 @@ def _figures(
     percent = {
         "missing_percent": _percent([score.missing > SPOILT for score in scores]),
         "foreign_percent": _percent([score.foreign > SPOILT for score in scores]),
+        "taken_percent": _percent([score.taken > SPOILT for score in scores]),
     }
     rows = [
         at_least(f"{name}.iou.mean", float(iou.mean()), "", bar=bars.get("iou.mean")),
@@ -134,7 +135,8 @@ def _worst(scores: Sequence[CutScore]) -> str:
         where = f"{score.room} {score.object_id}"
         wrong = score.refused or (
             f"missing {100 * score.missing:.0f} %, foreign {100 * score.foreign:.0f} %, "
-            f"left {100 * score.left:.0f} %, box {score.box_cm:.1f} cm"
+            f"something else's {100 * score.taken:.0f} %, left {100 * score.left:.0f} %, "
+            f"box {score.box_cm:.1f} cm"
         )
         lines.append(f"  {where:<30} {score.iou:.3f}  {wrong}")
     return "\n".join(lines)

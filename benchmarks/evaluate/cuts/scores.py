@@ -45,6 +45,8 @@ class CutScore:
         iou_by_mesh: the same with those that lie near to its surface only.
         missing: share of the true surface that photos saw with no splat of the cut near it.
         foreign: share of the cut's splats, by area and opacity, that are far from its true surface.
+        taken: share of the cut's splats, by area and opacity, that are truly something else's: what
+            is foreign though the labels are right, lies off the surface that it paints.
         box_cm: largest error of the box's extents; its whole size if refused, NaN without a box.
         left: share of the object's true splats that stay in the room.
         seconds: that the cut took.
@@ -60,6 +62,7 @@ class CutScore:
     iou_by_mesh: float
     missing: float
     foreign: float
+    taken: float
     box_cm: float
     left: float
     seconds: float
@@ -93,20 +96,22 @@ class Figures:
     iou_by_mesh: float
     missing: float
     foreign: float
+    taken: float
     box_cm: float
     left: float
 
 
-def figures(truth: TrueCut, cutting: Cutting | None) -> Figures:
-    """How near a cut comes to the truth; None was refused: all is missing."""
+def figures(truth: TrueCut, cutting: Cutting | None, *, room: SplatCloud) -> Figures:
+    """How near a cut of a room's splats comes to the truth; None was refused: all is missing."""
     if cutting is None:
-        return Figures(0.0, 0.0, 1.0, 0.0, 100.0 * float(truth.box_m.max()), 1.0)
+        return Figures(0.0, 0.0, 1.0, 0.0, 0.0, 100.0 * float(truth.box_m.max()), 1.0)
     own = truth.labels
     return Figures(
         iou=overlap(cutting.labels, own),
         iou_by_mesh=overlap(cutting.labels, truth.by_mesh),
         missing=missing_share(truth.seen, cutting.splats),
         foreign=foreign_share(truth.triangles, cutting.splats),
+        taken=_share_of(_weights(room), cutting.labels & ~own, whole=cutting.labels),
         box_cm=box_error_cm(truth.box_m, cutting.box_m),
         left=float((own & ~cutting.gone).sum() / max(own.sum(), 1)),
     )
@@ -127,10 +132,8 @@ def foreign_share(triangles: FloatArray, splats: SplatCloud) -> float:
     """Share of the splats, by area and opacity, whose middles are far from a surface (T, 3, 3)."""
     if not len(splats):
         return 0.0
-    weights = np.sort(splats.scales.astype(np.float64), axis=1)[:, 1:].prod(axis=1)
-    weights *= splats.opacities
     far = RayScene(triangles).distance(splats.means) > NEAR_M
-    return float(weights[far].sum() / max(weights.sum(), 1e-12))
+    return _share_of(_weights(splats), far, whole=np.ones_like(far))
 
 
 def box_error_cm(true_m: FloatArray, found_m: tuple[float, float, float] | None) -> float:
@@ -139,6 +142,17 @@ def box_error_cm(true_m: FloatArray, found_m: tuple[float, float, float] | None)
         return float("nan")
     sides = np.abs(np.sort(found_m[:2]) - np.sort(true_m[:2])).max()
     return 100.0 * float(max(sides, abs(found_m[2] - true_m[2])))
+
+
+def _weights(splats: SplatCloud) -> FloatArray:
+    """(N,) area of each splat's disc times its opacity."""
+    wide = np.sort(splats.scales.astype(np.float64), axis=1)[:, 1:]
+    return np.asarray(wide.prod(axis=1) * splats.opacities, dtype=np.float64)
+
+
+def _share_of(weights: FloatArray, part: NDArray[np.bool_], *, whole: NDArray[np.bool_]) -> float:
+    """Share of the whole's weight that is the part's."""
+    return float(weights[part].sum() / max(float(weights[whole].sum()), 1e-12))
 
 
 def _drawn_points(splats: SplatCloud) -> FloatArray:

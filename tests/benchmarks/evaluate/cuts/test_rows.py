@@ -15,6 +15,7 @@ def score(name, iou, **other):
         "iou_by_mesh": iou,
         "missing": 0.0,
         "foreign": 0.0,
+        "taken": 0.0,
         "box_cm": 1.0,
         "left": 0.0,
         "seconds": 3.0,

@@ -32,14 +32,16 @@ def perfect(cubes):
 
 
 def test_the_truth_itself_is_perfect(cubes, perfect):
-    found = figures(perfect, with_labels(cubes.package, perfect.labels))
+    found = figures(perfect, with_labels(cubes.package, perfect.labels), room=cubes.package.room)
     assert (found.iou, found.missing, found.foreign, found.left) == (1.0, 0.0, 0.0, 0.0)
     assert np.isnan(found.box_cm)
 
 
 def test_what_is_missing_is_a_share_of_the_surface_and_stays_in_the_room(cubes, perfect):
     low = cubes.package.room.means[:, 2] < 0.2
-    found = figures(perfect, with_labels(cubes.package, perfect.labels & ~low))
+    found = figures(
+        perfect, with_labels(cubes.package, perfect.labels & ~low), room=cubes.package.room
+    )
     # Four of the five faces lose their lower half, but for what is within 2 cm of the rest.
     assert 0.28 < found.missing < 0.40
     assert 0.3 < found.left < 0.5
@@ -49,13 +51,16 @@ def test_what_is_missing_is_a_share_of_the_surface_and_stays_in_the_room(cubes, 
 def test_a_piece_of_floor_is_foreign_but_for_what_touches(cubes, perfect):
     means = cubes.package.room.means
     floor = (np.abs(means[:, 0] + 0.6) < 0.5) & (np.abs(means[:, 1]) < 0.5) & (means[:, 2] < 0.01)
-    found = figures(perfect, with_labels(cubes.package, perfect.labels | floor))
+    found = figures(
+        perfect, with_labels(cubes.package, perfect.labels | floor), room=cubes.package.room
+    )
     assert found.foreign > 0.25
+    assert found.taken > found.foreign
     assert found.missing == 0.0
 
 
-def test_a_refused_cut_found_nothing(perfect):
-    found = figures(perfect, None)
+def test_a_refused_cut_found_nothing(cubes, perfect):
+    found = figures(perfect, None, room=cubes.package.room)
     assert (found.iou, found.missing, found.foreign, found.left) == (0.0, 1.0, 0.0, 1.0)
     assert found.box_cm == 40.0
 
