@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import logging
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from benchmarks.evaluate.true_labels import (
     between_two,
     labels_by_light,
     object_triangles,
+    parts_of,
     static_triangles,
     true_labels,
 )
@@ -82,9 +84,9 @@ def score_cutouts(
     prepared world must be the physical one. One that is refused has no overlap, and its box is off
     by its whole size.
     """
-    by_mesh = true_labels(package.room, room)
-    by_light = labels_by_light(package.room, room, package.views, renderer=renderer)
-    untied = np.where(between_two(package.room, room), by_light, by_mesh)
+    by_mesh, parts = true_labels(package.room, room), parts_of(room)
+    by_light = labels_by_light(package.room, parts, viewpoints=package.views, renderer=renderer)
+    untied = np.where(between_two(package.room, parts), by_light, by_mesh)
     before = _digest(package.room, folder)
     scores = []
     for number, item in enumerate(room.objects):
@@ -165,12 +167,22 @@ def photos_of(
         eye = view.world_from_camera.translation - centre[0]
         ranked.append((int(seen.sum()), float(np.arctan2(eye[1], eye[0])), view, seen))
     ranked.sort(key=lambda entry: -entry[0])
-    chosen: list[tuple[float, View, NDArray[np.bool_]]] = []
-    for _, turn, view, seen in ranked:
-        apart = [abs((turn - other + np.pi) % (2 * np.pi) - np.pi) for other, _, _ in chosen]
+    chosen = from_different_sides([turn for _, turn, _, _ in ranked])
+    return [ranked[place][2:] for place in chosen]
+
+
+def from_different_sides(turns_rad: Sequence[float]) -> list[int]:
+    """Places of up to `VIEWS` of some photos, the best first, each from another side.
+
+    Args:
+        turns_rad: from which direction each photo looks, seen from above; the best first.
+    """
+    chosen: list[int] = []
+    for place, turn in enumerate(turns_rad):
+        apart = [abs((turn - turns_rad[other] + np.pi) % (2 * np.pi) - np.pi) for other in chosen]
         if len(chosen) < VIEWS and all(angle > MIN_TURN_RAD for angle in apart):
-            chosen.append((turn, view, seen))
-    return [(view, seen) for _, view, seen in chosen]
+            chosen.append(place)
+    return chosen
 
 
 def _outlines(

@@ -10,11 +10,13 @@ from numpy.typing import NDArray
 from scenes.cameras import pixel_centres
 from scenes.mesh import PhysicalObject, PhysicalRoom
 from scenes.package.records import ViewPoint
-from scenes.prepare.cutout.marks.masked_view import MaskedView
-from scenes.prepare.cutout.votes.lifting import lift
+from scenes.pose import Pose
+from scenes.prepare.reconstruction import View
 from scenes.rays import RayScene
+from scenes.render.gradients import record
 from scenes.render.native import NativeRenderer
-from scenes.splats import SplatCloud
+from scenes.render.renderer import PosedSplats
+from scenes.splats import SH_C0, SplatCloud
 
 FAR_M = 0.03
 """Splats farther from every surface than this float: they belong to nothing."""
@@ -42,7 +44,7 @@ def object_triangles(item: PhysicalObject) -> NDArray[np.float64]:
 
 def true_labels(cloud: SplatCloud, room: PhysicalRoom) -> NDArray[np.intp]:
     """(N,) index into `room.objects`, -1 for what never moves, -2 for floaters."""
-    return labels_by_mesh(cloud, _parts(room))
+    return labels_by_mesh(cloud, parts_of(room))
 
 
 def labels_by_mesh(cloud: SplatCloud, parts: Sequence[NDArray[np.float64]]) -> NDArray[np.intp]:
@@ -57,16 +59,16 @@ def labels_by_mesh(cloud: SplatCloud, parts: Sequence[NDArray[np.float64]]) -> N
     return np.where(distances.min(axis=0) > FAR_M, -2, nearest - 1)
 
 
-def between_two(cloud: SplatCloud, room: PhysicalRoom) -> NDArray[np.bool_]:
+def between_two(cloud: SplatCloud, parts: Sequence[NDArray[np.float64]]) -> NDArray[np.bool_]:
     """(N,) the splats that are as near to one object as to another: their owner is open.
 
     A book's underside is the table's surface: what paints the book's lower edge lies in both.
     """
-    nearest, second = np.sort(_distances(cloud, _parts(room)), axis=0)[:2]
+    nearest, second = np.sort(_distances(cloud, parts), axis=0)[:2]
     return np.asarray((second - nearest < TOUCHING_M) & (nearest <= FAR_M))
 
 
-def _parts(room: PhysicalRoom) -> list[NDArray[np.float64]]:
+def parts_of(room: PhysicalRoom) -> list[NDArray[np.float64]]:
     """(T, 3, 3) triangles of what never moves, then of each object where it stands."""
     return [static_triangles(room), *(object_triangles(item) for item in room.objects)]
 
@@ -78,40 +80,71 @@ def _distances(cloud: SplatCloud, parts: Sequence[NDArray[np.float64]]) -> NDArr
 
 def labels_by_light(
     cloud: SplatCloud,
-    room: PhysicalRoom,
-    viewpoints: Sequence[ViewPoint],
+    parts: Sequence[NDArray[np.float64]],
     *,
+    viewpoints: Sequence[ViewPoint | View],
     renderer: NativeRenderer,
 ) -> NDArray[np.intp]:
-    """(N,) index into `room.objects`, -1 for all else: whose pixels most of a splat's light paints.
+    """(N,) index of a body, less one: that whose pixels most of a splat's light paints.
 
     A trained splat is placed where it makes the photos come out, not on the surface it paints: many
     lie centimetres before or behind. So over all views, the blend weights of a splat are summed on
     the true outline of each object (ray-cast against the meshes, occlusion included), and the one
-    that holds most of its light owns it. Every splat counts equally, haze too; one that no view
-    shows belongs to the nearest surface, as `true_labels` has it.
+    that holds most of its light owns it; else what never moves. Every splat counts equally, haze
+    too; one that no view shows belongs to the nearest surface, as `labels_by_mesh` has it.
+
+    Args:
+        cloud: the splats.
+        parts: (T, 3, 3) triangles of what never moves, then of each object.
+        viewpoints: where the cloud was seen from.
+        renderer: draws it.
     """
-    parts = [static_triangles(room), *(object_triangles(item) for item in room.objects)]
     owner = np.repeat(np.arange(len(parts)) - 1, [len(part) for part in parts])
     scene = RayScene(np.concatenate(parts))
-    inside, seen = np.zeros((len(room.objects), len(cloud))), np.zeros(len(cloud))
+    inside, seen = np.zeros((len(parts) - 1, len(cloud))), np.zeros(len(cloud))
     for view in viewpoints:
         camera = view.camera
         rays = camera.unproject(pixel_centres(camera)) @ view.world_from_camera.rotation.T
         hits = scene.cast(np.broadcast_to(view.world_from_camera.translation, rays.shape), rays)
         item = np.where(hits.triangle >= 0, owner[np.maximum(hits.triangle, 0)], -1)
         item = item.reshape(camera.height_px, camera.width_px)
-        all_light = None
-        for number in range(len(room.objects)):
-            mask = item == number
-            if not mask.any() and all_light is not None:
-                continue
-            masked = MaskedView(view.name, camera, view.world_from_camera, mask)
-            vote = lift(cloud, masked, renderer=renderer)
-            inside[number] += vote.inside
-            all_light = vote.seen
-        if all_light is not None:
-            seen += all_light
+        shown = [number for number in np.unique(item) if number >= 0]
+        masks = [np.ones(item.shape, dtype=bool), *(item == number for number in shown)]
+        everything, *own = lift_all(cloud, view, masks=masks, renderer=renderer)
+        seen += everything
+        for number, light in zip(shown, own, strict=True):
+            inside[number] += light
     owned = inside > 0.5 * np.maximum(seen, 1e-9)
     by_light = np.where(owned.any(axis=0), owned.argmax(axis=0), -1)
-    return np.where(seen > SEEN_PX, by_light, np.maximum(true_labels(cloud, room), -1))
+    return np.where(seen > SEEN_PX, by_light, np.maximum(labels_by_mesh(cloud, parts), -1))
+
+
+def lift_all(
+    cloud: SplatCloud,
+    view: ViewPoint | View,
+    *,
+    masks: Sequence[NDArray[np.bool_]],
+    renderer: NativeRenderer,
+) -> list[NDArray[np.float32]]:
+    """(N,) blend weight of every splat inside each mask of one view, in pixels.
+
+    As `scenes.prepare.cutout.votes.lifting.lift`, but one drawing serves all masks.
+    """
+    grey = SplatCloud(
+        cloud.means,
+        cloud.scales,
+        cloud.rotations,
+        cloud.opacities,
+        np.zeros((len(cloud), 1, 3), dtype=np.float32),
+    )
+    posed = [PosedSplats(grey, Pose.identity())]
+    recording = record(renderer, posed, view.camera, view.world_from_camera)
+    found: list[NDArray[np.float32]] = []
+    for first in range(0, len(masks), 3):
+        group = masks[first : first + 3]
+        d_rgb = np.zeros((*masks[0].shape, 3), dtype=np.float32)
+        for channel, mask in enumerate(group):
+            d_rgb[..., channel] = mask
+        by_colour = recording.gradients(d_rgb=d_rgb).objects[0].sh[:, 0, :] / SH_C0
+        found += [by_colour[:, channel].copy() for channel in range(len(group))]
+    return found

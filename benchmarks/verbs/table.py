@@ -30,6 +30,12 @@ VERBS = (
         "nexus evaluate random-rooms --seeds 100-107",
     ),
     Verb(
+        "evaluate cuts",
+        "benchmarks.verbs.evaluate_cuts",
+        "cut objects out of rooms by seed that a simulated phone filmed, against true meshes",
+        "nexus evaluate cuts --seeds 100-107 --captures out/cuts",
+    ),
+    Verb(
         "evaluate",
         "benchmarks.verbs.evaluate",
         "hold the tracker against the truth, with the paper's method on the same frames",

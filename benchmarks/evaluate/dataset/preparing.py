@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -13,17 +13,12 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from benchmarks.evaluate.cutouts import (
-    MIN_SHARE,
-    MIN_TURN_RAD,
-    PADDING_PX,
-    VIEWS,
-    overlap,
-)
+from benchmarks.evaluate.cutouts import MIN_SHARE, PADDING_PX, from_different_sides, overlap
 from benchmarks.evaluate.dataset.layout import Dataset, DatasetObject
 from benchmarks.evaluate.true_labels import labels_by_mesh
 from scenes.cameras import Pinhole
 from scenes.package import ScenePackage, is_package, load_package, save_package
+from scenes.package.records import ViewPoint
 from scenes.pose import Pose
 from scenes.prepare.align.codes.triangulate import UNIT_CORNERS
 from scenes.prepare.align.similarity import similarity_from_points
@@ -182,14 +177,32 @@ def _rigid(prepared: Prepared, dataset: Dataset) -> Pose:
     Raises:
         ValueError: fewer than three photos are in both.
     """
-    views = [v for v in prepared.reconstruction.views if v.name in dataset.world_from_camera]
+    return rigid_from_cameras(
+        prepared.reconstruction.views, dataset.world_from_camera, where=str(dataset.folder)
+    )
+
+
+def rigid_from_cameras(
+    views: Sequence[View | ViewPoint], world_from_camera: Mapping[str, Pose], *, where: str
+) -> Pose:
+    """`true_from_package`: the rigid motion that lays prepared cameras onto the true ones.
+
+    Args:
+        views: as prepared.
+        world_from_camera: true poses, by photo.
+        where: the photos come from, for messages.
+
+    Raises:
+        ValueError: fewer than three photos are in both.
+    """
+    views = [view for view in views if view.name in world_from_camera]
     if len(views) < 3:
         raise ValueError(
-            f"{dataset.folder}: {len(views)} prepared photos have a true pose, wanted 3 or more; "
-            "are the names in capture/cameras.json those of capture/images?"
+            f"{where}: {len(views)} prepared photos have a true pose, wanted 3 or more; "
+            "are the names of the poses those of the photos?"
         )
     places = np.stack([view.world_from_camera.translation for view in views])
-    truth = np.stack([dataset.world_from_camera[view.name].translation for view in views])
+    truth = np.stack([world_from_camera[view.name].translation for view in views])
     turned = similarity_from_points(truth, places)
     shift = truth.mean(axis=0) - turned.rotation @ places.mean(axis=0)
     return Pose(turned.rotation, shift)
@@ -230,7 +243,7 @@ def _cut(
     clock: Callable[[], float],
 ) -> tuple[ScenePackage, CutResult]:
     """The package with one more object, and how well it was cut."""
-    owner = labels_by_mesh(package.room, _triangles(dataset, true_from_package.inverse()))
+    owner = labels_by_mesh(package.room, true_parts(dataset, true_from_package.inverse()))
     number = list(dataset.objects).index(item.object_id)
     began = clock()
     try:
@@ -260,15 +273,15 @@ def _cut(
     )
 
 
-def _triangles(dataset: Dataset, package_from_true: Pose) -> list[NDArray[np.float64]]:
+def true_parts(dataset: Dataset, package_from_true: Pose) -> list[NDArray[np.float64]]:
     """(T, 3, 3) of the room, then of each object where the capture saw it, in package metres."""
-    parts = [_mesh(dataset.room_mesh)]
+    parts = [triangles_in(dataset.room_mesh)]
     for item in dataset.objects.values():
-        parts.append(item.world_from_object @ _mesh(item.mesh))
+        parts.append(item.world_from_object @ triangles_in(item.mesh))
     return [package_from_true @ part for part in parts]
 
 
-def _mesh(path: Path) -> NDArray[np.float64]:
+def triangles_in(path: Path) -> NDArray[np.float64]:
     """(T, 3, 3) triangles of a mesh file.
 
     Raises:
@@ -298,18 +311,14 @@ def _marked(item: DatasetObject, dataset: Dataset, views: tuple[View, ...]) -> l
         area = (box[2] - box[0]) * (box[3] - box[1]) * seen.fraction
         ranked.append((area, float(np.arctan2(eye[1], eye[0])), view, box))
     ranked.sort(key=lambda entry: -entry[0])
-    chosen: list[tuple[float, PromptedView]] = []
-    for _, turn, view, box in ranked:
-        apart = [abs((turn - other + np.pi) % (2 * np.pi) - np.pi) for other, _ in chosen]
-        if len(chosen) < VIEWS and all(angle > MIN_TURN_RAD for angle in apart):
-            prompt = Prompt(box_px=box)
-            marked = PromptedView(
-                view.name, view.camera, view.world_from_camera, prompt, read_picture(view)
-            )
-            chosen.append((turn, marked))
+    chosen = []
+    for place in from_different_sides([turn for _, turn, _, _ in ranked]):
+        _, _, view, box = ranked[place]
+        prompt, picture = Prompt(box_px=box), read_picture(view)
+        chosen.append(PromptedView(view.name, view.camera, view.world_from_camera, prompt, picture))
     if not chosen:
         raise ValueError(f"no photo shows {MIN_SHARE:.0%} of {item.object_id} or more")
-    return [marked for _, marked in chosen]
+    return chosen
 
 
 def _box(dataset: Dataset, view: View, object_id: str) -> tuple[float, float, float, float] | None:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from benchmarks.evaluate.true_labels import between_two, true_labels
+from benchmarks.evaluate.true_labels import between_two, parts_of, true_labels
 from scenes.samples import sample_room
 from scenes.splats import SplatCloud
 
@@ -18,6 +18,6 @@ def test_what_lies_under_a_book_is_as_near_to_the_book_as_to_the_desk():
     cloud = SplatCloud(
         points, np.full((n, 3), 0.01), np.eye(4)[:1].repeat(n, 0), np.ones(n), np.zeros((n, 1, 3))
     )
-    np.testing.assert_array_equal(between_two(cloud, room), [False, True, True, False])
+    np.testing.assert_array_equal(between_two(cloud, parts_of(room)), [False, True, True, False])
     labels = true_labels(cloud, room)
     assert (labels[0], labels[3]) == (number, -2)
