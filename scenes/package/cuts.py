@@ -15,15 +15,21 @@ from scenes.formats.ply import WORLD_COMMENT, read_ply, write_ply
 from scenes.formats.storage.atomic import write_file
 from scenes.formats.storage.error import FormatError
 from scenes.package.files import PackageError, inside, read_items, text, write_items
+from scenes.splats import SplatCloud
 
 CUTS = "cuts.json"
+FILES = ("splats", "places")
+"""Fields of every cut that name files."""
 _PLACE = np.dtype("<u4")
 _STRAY = np.uint32(1 << 31)
 """Set in the place of a splat that is no part of the object."""
 
 
 def write_cuts(part: Path, cuts: Sequence[Cut]) -> None:
-    """Write `cuts.json`, and two files a cut: its splats, and the places they were taken from."""
+    """Write `cuts.json`, and two files a cut: its splats, and the places they were taken from.
+
+    Of a refined object a third has the splats that it had before.
+    """
     (part / "cuts").mkdir()
     records = []
     for number, cut in enumerate(cuts):
@@ -31,9 +37,12 @@ def write_cuts(part: Path, cuts: Sequence[Cut]) -> None:
         write_ply(part / splats, cut.taken, comments=[WORLD_COMMENT])
         marked = np.where(cut.is_object, cut.places, cut.places | _STRAY).astype(_PLACE)
         write_file(part / places, [marked.tobytes()])
-        records.append(
-            {"object": cut.object_id, "splats": splats, "places": places, "filled": cut.filled}
-        )
+        record = {"object": cut.object_id, "splats": splats, "places": places}
+        record |= {"filled": cut.filled}
+        if cut.replaced is not None:
+            record["replaced"] = f"cuts/{number:03d}-replaced.ply"
+            write_ply(part / record["replaced"], cut.replaced)
+        records.append(record)
     write_items(part / CUTS, records)
 
 
@@ -46,15 +55,13 @@ def read_cuts(source: Path, files: Mapping[str, Any]) -> tuple[Cut, ...]:
     """
     cuts = []
     for values in read_items(source / CUTS):
-        names = [text(values[key], f"{CUTS}: {key}") for key in ("splats", "places")]
-        for name in names:
+        keys = [key for key in (*FILES, "replaced") if key in FILES or key in values]
+        names = {key: text(values[key], f"{CUTS}: {key}") for key in keys}
+        for name in names.values():
             if name not in files:
                 raise PackageError(f"{source / CUTS}: {name} is not listed; damaged")
-        try:
-            taken = read_ply(inside(source / CUTS, names[0]))
-        except FormatError as error:
-            raise PackageError(str(error)) from None
-        places = _read_places(inside(source / CUTS, names[1]))
+        taken = _read_splats(source, names["splats"])
+        places = _read_places(inside(source / CUTS, names["places"]))
         filled = values["filled"]
         if not isinstance(filled, int) or isinstance(filled, bool):
             raise PackageError(f"{source / CUTS}: filled {filled!r}, wanted a whole number")
@@ -65,9 +72,17 @@ def read_cuts(source: Path, files: Mapping[str, Any]) -> tuple[Cut, ...]:
                 taken,
                 (places & _STRAY) == 0,
                 filled,
+                _read_splats(source, names["replaced"]) if "replaced" in names else None,
             )
         )
     return tuple(cuts)
+
+
+def _read_splats(source: Path, name: str) -> SplatCloud:
+    try:
+        return read_ply(inside(source / CUTS, name))
+    except FormatError as error:
+        raise PackageError(str(error)) from None
 
 
 def _read_places(path: Path) -> NDArray[np.uint32]:
