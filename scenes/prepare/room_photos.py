@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from scenes.package import ScenePackage
 from scenes.prepare.pipeline import POINTS_FOLDER, TRAINING
-from scenes.prepare.reconstruction import Reconstruction
+from scenes.prepare.reconstruction import Reconstruction, View
 from scenes.prepare.saved_reconstruction import load_reconstruction
 
 STRETCHED = "scale per axis"
@@ -42,3 +43,19 @@ def photos_of(package: ScenePackage, work_folder: Path, *, wanted: str) -> Recon
             "its own work folder with --work"
         )
     return metric
+
+
+def views_of(package: ScenePackage, work_folder: Path, *, wanted: str) -> tuple[View, ...]:
+    """The same photos where the package has them, should its scale have been changed since.
+
+    Args:
+        package: a prepared room.
+        work_folder: of its preparation.
+        wanted: see `photos_of`.
+
+    Raises:
+        ValueError: as `photos_of`.
+    """
+    poses = {view.name: view.world_from_camera for view in package.views}
+    found = photos_of(package, work_folder, wanted=wanted).views
+    return tuple(replace(view, world_from_camera=poses[view.name]) for view in found)

@@ -21,7 +21,7 @@ from scenes.prepare.refine.scene import (
     refine_object,
     refine_region,
 )
-from scenes.prepare.room_photos import photos_of
+from scenes.prepare.room_photos import views_of
 from studio.console.progress import StageProgress, text_progress
 
 MIN_STEPS = 50
@@ -100,7 +100,7 @@ def _refined(
     args: argparse.Namespace, package: ScenePackage
 ) -> tuple[dict[str, object], list[str]]:
     work = args.work or args.scene.with_name(f"{args.scene.name}.prepare")
-    views = photos_of(package, work, wanted="refine it, prepare it again").views
+    views = views_of(package, work, wanted="refine it, prepare it again")
     if args.at is not None and args.objects:
         raise ValueError("nexus refine: objects and --at; give one of them")
     names = args.objects or [item.object_id for item in package.objects]

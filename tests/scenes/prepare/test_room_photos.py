@@ -11,7 +11,7 @@ from scenes.package.records import ViewPoint
 from scenes.pose import Pose
 from scenes.prepare.pipeline import POINTS_FOLDER
 from scenes.prepare.reconstruction import Reconstruction, View
-from scenes.prepare.room_photos import STRETCHED, photos_of
+from scenes.prepare.room_photos import STRETCHED, photos_of, views_of
 from scenes.prepare.saved_reconstruction import save_reconstruction
 
 CAMERA = Pinhole(64, 48, 50.0, 50.0, 32.0, 24.0)
@@ -55,3 +55,12 @@ def test_a_stretched_room_is_not_that_of_its_photos(package, tmp_path):
     stretched = replace(package, stages=(Stage(STRETCHED),))
     with pytest.raises(ValueError, match=r"stretched per axis.*without --per-axis"):
         photos_of(stretched, keep(tmp_path, "1.jpg"), wanted="prepare it again")
+
+
+def test_they_stand_where_the_package_has_them(package, tmp_path):
+    keep(tmp_path, "1.jpg")
+    moved = Pose.from_yaw(0.3, (1.0, 2.0, 3.0))
+    view = ViewPoint("1.jpg", CAMERA, moved)
+    (found,) = views_of(replace(package, views=(view,)), tmp_path, wanted="look at it")
+    np.testing.assert_array_equal(found.world_from_camera.matrix(), moved.matrix())
+    assert found.image.name == "1.jpg"
