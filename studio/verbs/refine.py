@@ -6,7 +6,9 @@ import argparse
 import json
 import math
 import time
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -113,11 +115,7 @@ def _refined(
     for name in [None] if args.at is not None else names:
         start = time.perf_counter()
         what = name or "region"
-
-        def progress(done: float, note: str, what: str = what) -> None:
-            stages(done, f"{what}: {note}")
-
-        done = _one(args, package, name, views, progress)
+        done = _one(args, package, name=name, views=views, progress=partial(_of, stages, what))
         package = done.package
         rows.append(
             {
@@ -142,6 +140,7 @@ def _refined(
 def _one(
     args: argparse.Namespace,
     package: ScenePackage,
+    *,
     name: str | None,
     views: tuple[View, ...],
     progress: Progress,
@@ -149,12 +148,22 @@ def _one(
     options = RefineOptions(steps=args.steps)
     rng = np.random.default_rng(args.seed)
     if name is None:
-        mask = in_sphere(package.room, args.at, args.radius)
-        return refine_region(package, mask, views, options=options, rng=rng, progress=progress)
+        mask = in_sphere(package.room, centre=args.at, radius_m=args.radius)
+        return refine_region(
+            package, mask, views=views, options=options, rng=rng, progress=progress
+        )
     try:
-        return refine_object(package, name, views, options=options, rng=rng, progress=progress)
+        return refine_object(
+            package, name, views=views, options=options, rng=rng, progress=progress
+        )
     except KeyError as error:
         raise ValueError(error.args[0]) from None
+
+
+def _of(stages: StageProgress, what: str, *reported: Any) -> None:
+    """Report progress of one of several objects."""
+    done, note = reported
+    stages(done, f"{what}: {note}")
 
 
 def _gain(row: dict[str, object]) -> str:

@@ -90,8 +90,8 @@ class Crop:
 def crops_of(
     room: SplatCloud,
     is_region: BoolArray,
-    views: Sequence[View],
     *,
+    views: Sequence[View],
     renderer: Renderer,
     options: RenderOptions,
 ) -> list[Crop]:
@@ -121,7 +121,7 @@ def crops_of(
         return []
     looks.sort(key=lambda look: -look.shown_px)
     falloff = _falloff(looks)
-    return [_cut_out(drawn, look, falloff) for look in looks[:MAX_CROPS]]
+    return [_cut_out(drawn, look, falloff=falloff) for look in looks[:MAX_CROPS]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -180,7 +180,7 @@ def _look(drawn: _Drawn, view: View) -> _Look | None:
     size = (camera.width_px, camera.height_px)
     small = cv2.resize(photo, size, interpolation=cv2.INTER_AREA).astype(np.float64) / 255
     room = drawn.at(camera, pose).rgb.astype(np.float64)
-    powers = _powers(camera.width_px, camera.height_px, (0, 0, *size))
+    powers = _powers(size, (0, 0, *size))
     asked = (slice(None, None, SAMPLE_EVERY), slice(None, None, SAMPLE_EVERY))
     rows, columns = np.nonzero(share > SHARE)
     edges = (columns.min(), rows.min(), columns.max() + 1, rows.max() + 1)
@@ -199,12 +199,12 @@ def _look(drawn: _Drawn, view: View) -> _Look | None:
     )
 
 
-def _cut_out(drawn: _Drawn, look: _Look, falloff: FloatArray) -> Crop:
+def _cut_out(drawn: _Drawn, look: _Look, *, falloff: FloatArray) -> Crop:
     """The part of a photo, without its exposure: (photo - bias) / (gain · falloff)."""
     left, top, right, bottom = look.box_px
     full, pose = look.view.camera, look.view.world_from_camera
     gain, bias = _gains(look, falloff).T
-    shade = 1 + _powers(full.width_px, full.height_px, look.box_px) @ falloff
+    shade = 1 + _powers((full.width_px, full.height_px), look.box_px) @ falloff
     gains = gain * shade[..., None]
     part = look.photo[top:bottom, left:right].astype(np.float64) / 255
     colours = np.clip((part - bias) / np.maximum(gains, MIN_GAIN), 0, 1).astype(np.float32)
@@ -247,7 +247,8 @@ def _falloff(looks: Sequence[_Look]) -> FloatArray:
                 left += design.T @ design
                 right += design.T @ (y[kept] - gain * x[kept] - bias)
         ridge = RIDGE * sum(look.seen.size for look in looks)
-        falloff = np.linalg.solve(left + ridge * np.eye(2), right)
+        solved = np.linalg.solve(left + ridge * np.eye(2), right)
+        falloff = np.asarray(solved, dtype=np.float64)
     return falloff
 
 
@@ -258,7 +259,7 @@ def _gains(look: _Look, falloff: FloatArray) -> FloatArray:
     for channel in range(3):
         x, y = shade * look.drawn[:, channel], look.seen[:, channel]
         design = np.column_stack([x, np.ones_like(x)])
-        kept = (y > BLACK) & (y < WHITE)
+        kept, found = (y > BLACK) & (y < WHITE), np.array([1.0, 0.0])
         for _ in range(REFITS):
             found = np.linalg.lstsq(design[kept], y[kept], rcond=None)[0]
             off = np.abs(design @ found - y)
@@ -267,9 +268,9 @@ def _gains(look: _Look, falloff: FloatArray) -> FloatArray:
     return out
 
 
-def _powers(width: int, height: int, box: Box) -> FloatArray:
+def _powers(size_px: tuple[int, int], box: Box) -> FloatArray:
     """(H, W, 2) r² and r⁴ of a part of a picture, r = 1 at the picture's corners."""
-    left, top, right, bottom = box
+    (width, height), (left, top, right, bottom) = size_px, box
     x = np.arange(left, right) + 0.5 - width / 2
     y = np.arange(top, bottom) + 0.5 - height / 2
     square = (x**2 + y[:, None] ** 2) / (width**2 / 4 + height**2 / 4)

@@ -127,8 +127,8 @@ class Refined:
 def refine(
     room: SplatCloud,
     is_region: BoolArray,
-    views: Sequence[View],
     *,
+    views: Sequence[View],
     options: RefineOptions,
     rng: np.random.Generator,
     progress: Progress = silent,
@@ -153,7 +153,7 @@ def refine(
         raise ValueError("refine: no splat is in the region; choose a place on a surface")
     renderer, drawing = NativeRenderer(), RenderOptions(threads=options.threads)
     progress(0.0, "photos")
-    crops = crops_of(room, is_region, views, renderer=renderer, options=drawing)
+    crops = crops_of(room, is_region, views=views, renderer=renderer, options=drawing)
     aside = {view.name for view in views[HELD_OUT_EVERY - 1 :: HELD_OUT_EVERY]}
     shown = [crop for crop in crops if crop.name not in aside]
     if len(shown) < MIN_CROPS:
@@ -161,7 +161,7 @@ def refine(
             f"refine: {len(shown)} of {len(views)} photos show this region, wanted at least "
             f"{MIN_CROPS}; choose one that photos show, or film it from nearer"
         )
-    run = _Run(room, is_region, shown, options=options, rng=rng)
+    run = _Run(room, is_region, crops=shown, options=options, rng=rng)
     while run.done < 1:
         run.step()
         if run.iteration % TERMS_EVERY == 0:
@@ -180,8 +180,8 @@ class _Run:
         self,
         room: SplatCloud,
         is_region: BoolArray,
-        crops: Sequence[Crop],
         *,
+        crops: Sequence[Crop],
         options: RefineOptions,
         rng: np.random.Generator,
     ) -> None:

@@ -36,8 +36,8 @@ class RefinedScene:
 def refine_object(
     package: ScenePackage,
     object_id: str,
-    views: Sequence[View],
     *,
+    views: Sequence[View],
     options: RefineOptions,
     rng: np.random.Generator,
     progress: Progress = silent,
@@ -59,7 +59,7 @@ def refine_object(
     """
     item = package.object_by_id(object_id)
     room, is_object, object_from_world = _as_scanned(package, object_id)
-    done = refine(room, is_object, views, options=options, rng=rng, progress=progress)
+    done = refine(room, is_object, views=views, options=options, rng=rng, progress=progress)
     nothing = np.zeros(0, dtype=np.uint32)
     record = Cut(
         object_id,
@@ -82,8 +82,8 @@ def refine_object(
 def refine_region(
     package: ScenePackage,
     is_region: BoolArray,
-    views: Sequence[View],
     *,
+    views: Sequence[View],
     options: RefineOptions,
     rng: np.random.Generator,
     progress: Progress = silent,
@@ -106,7 +106,7 @@ def refine_region(
     room = concatenate([package.room, *(splats for splats in objects if splats is not None)])
     mask = np.zeros(len(room), dtype=np.bool_)
     mask[: len(is_region)] = is_region
-    done = refine(room, mask, views, options=options, rng=rng, progress=progress)
+    done = refine(room, mask, views=views, options=options, rng=rng, progress=progress)
     left, cut = divide(
         package.room,
         np.zeros_like(is_region),
@@ -123,7 +123,7 @@ def refine_region(
     return RefinedScene(changed, done)
 
 
-def in_sphere(room: SplatCloud, centre: Sequence[float], radius_m: float) -> BoolArray:
+def in_sphere(room: SplatCloud, *, centre: Sequence[float], radius_m: float) -> BoolArray:
     """(N,) bool, the splats whose means lie in a sphere.
 
     Raises:

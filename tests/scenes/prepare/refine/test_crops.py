@@ -12,7 +12,9 @@ from scenes.render.renderer import PosedSplats, RenderOptions
 
 
 def crops(room, is_region, views):
-    return crops_of(room, is_region, views, renderer=NativeRenderer(), options=RenderOptions())
+    return crops_of(
+        room, is_region, views=views, renderer=NativeRenderer(), options=RenderOptions()
+    )
 
 
 def test_a_crop_is_the_part_of_the_photo_that_shows_the_region(coarse_ball, is_upper, ball_views):

@@ -23,7 +23,7 @@ def few_splats():
 
 
 def refined(room, mask, views, options=OPTIONS, **more):
-    return refine(room, mask, views, options=options, rng=np.random.default_rng(1), **more)
+    return refine(room, mask, views=views, options=options, rng=np.random.default_rng(1), **more)
 
 
 @pytest.fixture(scope="module")

@@ -51,12 +51,12 @@ def are_same(a, b):
 
 def refined_object(package, views, object_id="cap"):
     rng = np.random.default_rng(0)
-    return refine_object(package, object_id, views, options=OPTIONS, rng=rng).package
+    return refine_object(package, object_id, views=views, options=OPTIONS, rng=rng).package
 
 
 def refined_region(package, mask, views):
     rng = np.random.default_rng(0)
-    return refine_region(package, mask, views, options=OPTIONS, rng=rng)
+    return refine_region(package, mask, views=views, options=OPTIONS, rng=rng)
 
 
 def test_an_object_is_refined_where_it_was_scanned(package, ball_views, tmp_path):
@@ -88,7 +88,7 @@ def test_a_refined_object_can_be_refined_again(package, ball_views):
 
 
 def test_a_region_is_refined_and_all_other_splats_keep_their_bytes(package, ball_views, tmp_path):
-    mask = in_sphere(package.room, (0.0, -1.0, -0.3), 0.5)
+    mask = in_sphere(package.room, centre=(0.0, -1.0, -0.3), radius_m=0.5)
     done = refined_region(package, mask, ball_views)
     kept = int((~mask).sum())
     room = done.package.room
@@ -102,7 +102,7 @@ def test_a_region_is_refined_and_all_other_splats_keep_their_bytes(package, ball
 
 
 def test_an_object_can_be_refined_after_the_region_beside_it(package, ball_views):
-    mask = in_sphere(package.room, (0.0, -1.0, -0.3), 0.5)
+    mask = in_sphere(package.room, centre=(0.0, -1.0, -0.3), radius_m=0.5)
     region = refined_region(package, mask, ball_views).package
     both = refined_object(region, ball_views)
     assert are_same(both.room, region.room)
@@ -122,4 +122,4 @@ def test_an_object_of_other_photos_is_refused(package, ball_views):
 
 def test_a_place_without_splats_is_refused(package):
     with pytest.raises(ValueError, match=r"no splat within 0.1 m of \(0, 0, 5\) m"):
-        in_sphere(package.room, (0.0, 0.0, 5.0), 0.1)
+        in_sphere(package.room, centre=(0.0, 0.0, 5.0), radius_m=0.1)
