@@ -6,15 +6,12 @@ import argparse
 import json
 import math
 import time
-from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from scenes.package import ScenePackage, load_package, save_package
 from scenes.prepare.cutout.cutout import REFINED, undo_cut
-from scenes.prepare.progress import Progress
 from scenes.prepare.reconstruction import View
 from scenes.prepare.refine.refine import RefineOptions
 from scenes.prepare.refine.scene import (
@@ -115,7 +112,7 @@ def _refined(
     for name in [None] if args.at is not None else names:
         start = time.perf_counter()
         what = name or "region"
-        done = _one(args, package, name=name, views=views, progress=partial(_of, stages, what))
+        done = _one(args, package, name=name, views=views, stages=stages)
         package = done.package
         rows.append(
             {
@@ -143,8 +140,13 @@ def _one(
     *,
     name: str | None,
     views: tuple[View, ...],
-    progress: Progress,
+    stages: StageProgress,
 ) -> RefinedScene:
+    """Refine one object, or the region where no name is given."""
+
+    def progress(done: float, note: str) -> None:
+        stages(done, f"{name or 'region'}: {note}")
+
     options = RefineOptions(steps=args.steps)
     rng = np.random.default_rng(args.seed)
     if name is None:
@@ -158,12 +160,6 @@ def _one(
         )
     except KeyError as error:
         raise ValueError(error.args[0]) from None
-
-
-def _of(stages: StageProgress, what: str, *reported: Any) -> None:
-    """Report progress of one of several objects."""
-    done, note = reported
-    stages(done, f"{what}: {note}")
 
 
 def _gain(row: dict[str, object]) -> str:

@@ -219,7 +219,8 @@ def _cut_out(drawn: _Drawn, look: _Look, *, falloff: FloatArray) -> Crop:
     if longest > MAX_CROP_PX:
         camera = smaller(camera, longest / MAX_CROP_PX)
         size = (camera.width_px, camera.height_px)
-        colours = np.asarray(cv2.resize(colours, size, interpolation=cv2.INTER_AREA))
+        resized = cv2.resize(colours, size, interpolation=cv2.INTER_AREA)
+        colours = np.asarray(resized, dtype=np.float32)
     side = 2 * RIM_PX + 1
     share = (drawn.share(camera, pose) > SHARE).astype(np.uint8)
     near = np.asarray(cv2.dilate(share, np.ones((side, side), np.uint8)) > 0)
