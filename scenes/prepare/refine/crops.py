@@ -1,3 +1,4 @@
+# pyright: standard
 """The parts of photos that show a region of the room, at the photos' own resolution.
 
 A photo's exposure is not kept with a room. It is found again where the room is drawn beside the
