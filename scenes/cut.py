@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from scenes.coverage.record import Coverage
 from scenes.splats import SplatCloud, concatenate
 
 
@@ -21,6 +22,9 @@ class Cut:
         taken: the K splats, as they were in the room.
         is_object: (K,) bool; the others are floaters, which belong to nothing now.
         filled: how many splats were added at the room's end, where the cut left a hole.
+        replaced: splats that the object had before it was refined, in its own frame; None of a
+            cut. Undoing a refinement puts them back and leaves the room and its places alone.
+        replaced_coverage: from where photos saw those, if that was measured.
 
     Raises:
         ValueError: the arrays do not belong together.
@@ -31,6 +35,8 @@ class Cut:
     taken: SplatCloud
     is_object: NDArray[np.bool_]
     filled: int
+    replaced: SplatCloud | None = None
+    replaced_coverage: Coverage | None = None
 
     def __post_init__(self) -> None:
         places = np.array(self.places, dtype=np.uint32)

@@ -75,6 +75,12 @@ VERBS = (
     ),
     Verb("studio", "studio.verbs.studio", "open the desktop window", "nexus studio lab"),
     Verb(
+        "refine",
+        "studio.verbs.refine",
+        "sharpen objects, or a region of a room, with the photos' own resolution",
+        "nexus refine room.gnx chair-1",
+    ),
+    Verb(
         "convert",
         "studio.verbs.convert",
         "convert between splat file formats",

@@ -1,6 +1,6 @@
 """The scene package: a folder that holds a prepared room and reopens to the same room.
 
-Layout, format version 3 (lengths in metres, world right-handed and Z up):
+Layout, format version 4 (lengths in metres, world right-handed and Z up):
     scene.json           format, version, name, creator, stages, footprint; size and hash per file
     splats/room.ply      everything that does not move, in the world frame
     splats/objects/*.ply one file per movable object, in the object's frame
@@ -13,7 +13,7 @@ Layout, format version 3 (lengths in metres, world right-handed and Z up):
     reality/             a second reconstruction of the room, if it can be rehearsed in
 In a compact package splats are .spz instead of .ply, a tenth of the size and slightly rounded, and
 there are no cuts and no second reconstruction. Version 1 had no views, no collision mesh and no
-cuts; version 2 was not compact.
+cuts; version 2 was not compact; version 3 had no refined objects.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ from scenes.splats import SplatCloud, validate
 from scenes.state import ObjectModel
 
 FORMAT_NAME = "gaussiannexus scene"
-FORMAT_VERSION = 3
+FORMAT_VERSION = 4
 DISTRIBUTION = "gaussiannexus-studio"
 
 _SCENE, _OBJECTS, _ANCHORS, _CAMERAS = "scene.json", "objects.json", "anchors.json", "cameras.json"

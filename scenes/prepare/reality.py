@@ -19,10 +19,9 @@ from scenes.formats.ply import WORLD_COMMENT, write_ply
 from scenes.package import ScenePackage
 from scenes.package.reality import Reality
 from scenes.prepare.align.saved_alignment import load_alignment
-from scenes.prepare.pipeline import POINTS_FOLDER, TRAINING
+from scenes.prepare.pipeline import TRAINING
 from scenes.prepare.progress import Progress
-from scenes.prepare.reconstruction import Reconstruction
-from scenes.prepare.saved_reconstruction import load_reconstruction
+from scenes.prepare.room_photos import photos_of
 from scenes.prepare.stages import open_work_folder
 from scenes.prepare.train import checkpoint
 from scenes.prepare.train.train import BUILT_IN_VERSION, BuiltInTrainer
@@ -35,7 +34,6 @@ every second one) it predicts the measured errors best: docs/twin.md has the fig
 STREAM = 1
 """Child of the seed that it draws from; the scan draws from the seed itself."""
 SPLATS = "splats.ply"
-STRETCHED = "scale per axis"
 
 
 def with_reality(
@@ -59,7 +57,9 @@ def with_reality(
         ValueError: the folder holds no preparation of this room.
         OSError, Cancelled: the training stopped; it goes on from there when called again.
     """
-    metric = _photos_of(package, work_folder)
+    metric = photos_of(
+        package, work_folder, wanted="rehearse in it, prepare it again with --rehearsable"
+    )
     scan = load_training(work_folder / TRAINING)
     alignment = load_alignment(work_folder / "alignment")
     work = open_work_folder(work_folder, seconds=seconds, progress=progress)
@@ -93,29 +93,3 @@ def with_reality(
         centre_m=codes_m.mean(axis=0) if len(codes_m) else np.zeros(3),
     )
     return replace(package, reality=reality, stages=(*package.stages, work.log[-1]))
-
-
-def _photos_of(package: ScenePackage, work_folder: Path) -> Reconstruction:
-    """The photos that a package was made of, in its metric world.
-
-    Raises:
-        ValueError: the folder holds no preparation of this room.
-    """
-    points = work_folder / "outdoor points" / POINTS_FOLDER
-    if not points.is_dir() or not (work_folder / TRAINING).is_dir():
-        raise ValueError(
-            f"{work_folder}: no finished preparation of {package.name!r}; to rehearse in it, "
-            "prepare it again with --rehearsable, or name its work folder with --work"
-        )
-    if any(stage.name == STRETCHED for stage in package.stages):
-        raise ValueError(
-            f"scene {package.name!r} was stretched per axis, which its photos were not: it cannot "
-            "be rehearsed in; prepare it again without --per-axis"
-        )
-    metric = load_reconstruction(points)
-    if {view.name for view in metric.views} != {view.name for view in package.views}:
-        raise ValueError(
-            f"{work_folder}: a preparation of other photos than those of {package.name!r}; name "
-            "its own work folder with --work"
-        )
-    return metric

@@ -14,6 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from scenes.cut import Cut
 from scenes.formats.storage.atomic import write_file
 from scenes.package import ScenePackage, load_package, save_package
 from scenes.package.records import ViewPoint
@@ -110,8 +111,7 @@ def run(args: argparse.Namespace) -> int:
         save_package(before, args.scene)
         last = package.cuts[-1]
         report = {"undone": last.object_id, "objects": [item.object_id for item in before.objects]}
-        how = "put back" if len(last.taken) else "taken away again"
-        lines = [f"{args.scene}: {last.object_id or 'floaters'} {how}, {len(before.room):,} splats"]
+        lines = [f"{args.scene}: {_put_back(last)}, {len(before.room):,} splats"]
     elif args.floaters:
         cleared, count = remove_floaters(package)
         if count:
@@ -133,6 +133,14 @@ def run(args: argparse.Namespace) -> int:
         else "\n".join(lines)
     )
     return 0
+
+
+def _put_back(last: Cut) -> str:
+    """Return in words what undoing a cut has done."""
+    if last.replaced is not None:
+        return f"{last.object_id} is as it was before it was refined"
+    how = "put back" if len(last.taken) else "taken away again"
+    return f"{last.object_id or 'floaters'} {how}"
 
 
 def _cut(args: argparse.Namespace, package: ScenePackage) -> tuple[dict[str, object], list[str]]:

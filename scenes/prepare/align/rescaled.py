@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from scenes.cut import Cut
 from scenes.formats.ply import WORLD_COMMENT, write_ply
 from scenes.mesh import BoxPart, CollisionMesh, QrCode
 from scenes.package import ScenePackage, Stage, load_package, save_package
@@ -79,9 +80,14 @@ def rescaled(package: ScenePackage, *, factor: float, scratch: Path) -> ScenePac
             for view in package.views
         ),
         collision=None if mesh is None else CollisionMesh(mesh.vertices * factor, mesh.faces),
-        cuts=tuple(replace(cut, taken=bigger.moved_cloud(cut.taken)) for cut in package.cuts),
+        cuts=tuple(_cut(cut, bigger) for cut in package.cuts),
         reality=None if reality is None else _reality(reality, bigger, scratch),
     )
+
+
+def _cut(cut: Cut, bigger: Similarity) -> Cut:
+    before = None if cut.replaced is None else bigger.moved_cloud(cut.replaced)
+    return replace(cut, taken=bigger.moved_cloud(cut.taken), replaced=before)
 
 
 def _object(item: ObjectModel, bigger: Similarity) -> ObjectModel:

@@ -34,6 +34,8 @@ from scenes.state import ObjectModel
 BoolArray = NDArray[np.bool_]
 FloatArray = NDArray[np.float64]
 
+REFINED, REGION = "refine", "region"
+"""Stages of refinements are called so, of an object by its id or of a region of the room."""
 MIN_SPLATS = 30
 """Splats below which nothing was found."""
 BESIDE_BOX_M = 0.03
@@ -236,7 +238,7 @@ def _add_residual_splats(room: SplatCloud, found: Separation, box: UprightBox) -
 
 
 def undo_cut(package: ScenePackage) -> ScenePackage:
-    """The package before its last cut; the room's splats are equal in every bit.
+    """The package before its last cut or refinement; its splats are equal in every bit.
 
     Raises:
         ValueError: nothing was cut.
@@ -245,15 +247,24 @@ def undo_cut(package: ScenePackage) -> ScenePackage:
         raise ValueError(f"scene {package.name!r}: there is no cut to undo")
     last = package.cuts[-1]
     names = {f"{how} {last.object_id or FLOATERS}" for how in ("cut", ADDED)}
+    if last.replaced is not None:
+        names = {f"{REFINED} {last.object_id}"}
+    elif not last.object_id:
+        names.add(f"{REFINED} {REGION}")
     stages = list(package.stages)
     for index in reversed(range(len(stages))):
         if stages[index].name in names:
             del stages[index]
             break
+    objects = [item for item in package.objects if item.object_id != last.object_id]
+    if last.replaced is not None:
+        before = package.object_by_id(last.object_id)
+        before = replace(before, splats=last.replaced, coverage=last.replaced_coverage)
+        objects = [before if item.object_id == last.object_id else item for item in package.objects]
     return replace(
         package,
         room=restore(package.room, last),
-        objects=tuple(item for item in package.objects if item.object_id != last.object_id),
+        objects=tuple(objects),
         cuts=package.cuts[:-1],
         stages=tuple(stages),
     )

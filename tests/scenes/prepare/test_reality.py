@@ -6,8 +6,9 @@ import pytest
 from scenes.package import ScenePackage, Stage
 from scenes.pose import Pose
 from scenes.prepare.pipeline import POINTS_FOLDER
-from scenes.prepare.reality import STRETCHED, with_reality
+from scenes.prepare.reality import with_reality
 from scenes.prepare.reconstruction import Reconstruction
+from scenes.prepare.room_photos import STRETCHED
 from scenes.prepare.saved_reconstruction import save_reconstruction
 
 
