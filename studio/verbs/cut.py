@@ -19,6 +19,7 @@ from scenes.formats.storage.atomic import write_file
 from scenes.package import ScenePackage, load_package, save_package
 from scenes.package.records import ViewPoint
 from scenes.prepare.cutout.cutout import Cutout, cut_out, make_object, undo_cut
+from scenes.prepare.cutout.labelling.closed_body import closed_body
 from scenes.prepare.cutout.labelling.separate import Separation
 from scenes.prepare.cutout.marks.masks import GrabCutMasks, Masks, Prompt
 from scenes.prepare.cutout.marks.prompted_views import PromptedView, drawn_picture, masked_views
@@ -295,10 +296,19 @@ def cut(
 ) -> Cutout:
     """Find what the views mark and cut it out; the package given is left as it is.
 
+    Where there are only clicks, the body that was clicked on is taken, unless a model for masks
+    is given, which knows objects by a click.
+
     Raises:
         ValueError: the marks show no object, or the id is taken.
     """
     renderer = NativeRenderer()
+    has_clicks_alone = all(v.prompt.box_px is None and not len(v.prompt.outside_px) for v in views)
+    if has_clicks_alone and package.views and isinstance(masks, GrabCutMasks | None):
+        body = closed_body(package.room, views, package.views, renderer=renderer)
+        return make_object(
+            package, body, object_id=object_id, name=name, kind=kind, renderer=renderer
+        )
     masked = masked_views(package.room, views, masks=masks or GrabCutMasks(), renderer=renderer)
     return cut_out(package, masked, object_id=object_id, name=name, kind=kind, renderer=renderer)
 
