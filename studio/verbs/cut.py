@@ -18,11 +18,10 @@ from scenes.cut import Cut
 from scenes.formats.storage.atomic import write_file
 from scenes.package import ScenePackage, load_package, save_package
 from scenes.package.records import ViewPoint
-from scenes.prepare.cutout.cutout import Cutout, cut_out, make_object, undo_cut
-from scenes.prepare.cutout.labelling.closed_body import closed_body
+from scenes.prepare.cutout.cutout import Cutout, cut_marked, make_object, undo_cut
 from scenes.prepare.cutout.labelling.separate import Separation
-from scenes.prepare.cutout.marks.masks import GrabCutMasks, Masks, Prompt
-from scenes.prepare.cutout.marks.prompted_views import PromptedView, drawn_picture, masked_views
+from scenes.prepare.cutout.marks.masks import Masks, Prompt
+from scenes.prepare.cutout.marks.prompted_views import PromptedView, drawn_picture
 from scenes.prepare.cutout.proposals import Proposal, propose
 from scenes.prepare.cutout.remainder.floaters import remove_floaters
 from scenes.prepare.cutout.votes.lifting import share
@@ -161,8 +160,14 @@ def _cut(args: argparse.Namespace, package: ScenePackage) -> tuple[dict[str, obj
     else:
         prompts = prompts_of(args.box, args.click, args.stroke_out)
         views = prompted_views(package, prompts, args.photos)
-        done = cut(
-            package, views, object_id=object_id, name=args.name, kind=args.kind, masks=_masks(args)
+        done = cut_marked(
+            package,
+            views,
+            object_id=object_id,
+            name=args.name,
+            kind=args.kind,
+            masks=_masks(args),
+            renderer=NativeRenderer(),
         )
     seconds = time.perf_counter() - start
     save_package(done.package, args.scene)
@@ -246,9 +251,9 @@ def _object_id(args: argparse.Namespace) -> str:
     return args.id or id_of(args.name)
 
 
-def _masks(args: argparse.Namespace) -> Masks:
+def _masks(args: argparse.Namespace) -> Masks | None:
     if args.masks_model is None:
-        return GrabCutMasks()
+        return None
     # Its runtime is an extra, which GrabCut does without.
     from scenes.prepare.cutout.marks.sam_masks import SamMasks
 
@@ -283,34 +288,6 @@ def accepted(proposals: Sequence[Proposal], number: int) -> Separation:
     if not 1 <= number <= len(proposals):
         raise ValueError(f"--accept {number}: there are {len(proposals)} proposals, counted from 1")
     return proposals[number - 1].found
-
-
-def cut(
-    package: ScenePackage,
-    views: Sequence[PromptedView],
-    *,
-    object_id: str,
-    name: str,
-    kind: str,
-    masks: Masks | None = None,
-) -> Cutout:
-    """Find what the views mark and cut it out; the package given is left as it is.
-
-    Where there are only clicks, the body that was clicked on is taken, unless a model for masks
-    is given, which knows objects by a click.
-
-    Raises:
-        ValueError: the marks show no object, or the id is taken.
-    """
-    renderer = NativeRenderer()
-    has_clicks_alone = all(v.prompt.box_px is None and not len(v.prompt.outside_px) for v in views)
-    if has_clicks_alone and package.views and isinstance(masks, GrabCutMasks | None):
-        body = closed_body(package.room, views, package.views, renderer=renderer)
-        return make_object(
-            package, body, object_id=object_id, name=name, kind=kind, renderer=renderer
-        )
-    masked = masked_views(package.room, views, masks=masks or GrabCutMasks(), renderer=renderer)
-    return cut_out(package, masked, object_id=object_id, name=name, kind=kind, renderer=renderer)
 
 
 def id_of(name: str) -> str:

@@ -14,7 +14,7 @@ from scenes.package import ScenePackage
 from scenes.pose import Pose
 from scenes.prepare.cutout.cutout import Cutout, cut_out
 from scenes.prepare.cutout.marks.marks_in_the_middle import marks_in_the_middle
-from scenes.prepare.cutout.marks.masks import Masks, Prompt
+from scenes.prepare.cutout.marks.masks import GrabCutMasks, Masks, Prompt
 from scenes.prepare.cutout.marks.prompted_views import PromptedView, masked_views
 from scenes.prepare.cutout.object.added import add_object, require_free_id
 from scenes.prepare.cutout.object.free_place import free_place
@@ -98,7 +98,7 @@ def add(
     *,
     object_id: str,
     prompts: Mapping[str, Prompt],
-    masks: Masks,
+    masks: Masks | None,
 ) -> Addition:
     """Prepare the photos, cut the object out of them, and put it into the room.
 
@@ -108,7 +108,7 @@ def add(
         object_id: of the object.
         prompts: marks in the photos, by their names; if there are none, the object in the middle is
             marked.
-        masks: finds what the marks mean.
+        masks: finds what the marks mean; GrabCut if not given.
 
     Raises:
         CaptureError: the photos cannot become an object; says what to do instead.
@@ -121,7 +121,8 @@ def add(
     captured = _prepared(args, object_id, options, renderer)
     marks = prompts or marks_in_the_middle(captured.package)
     prompted = tuple(_prompted(captured, marks))
-    masked = masked_views(captured.package.room, prompted, masks=masks, renderer=renderer)
+    finder = masks or GrabCutMasks()
+    masked = masked_views(captured.package.room, prompted, masks=finder, renderer=renderer)
     done = cut_out(
         captured.package,
         masked,

@@ -11,10 +11,9 @@ from numpy.typing import NDArray
 from benchmarks.evaluate.cutouts import overlap
 from benchmarks.evaluate.cuts.captures import Capture
 from scenes.package import ScenePackage
-from scenes.prepare.cutout.cutout import Cutout, cut_out, make_object
+from scenes.prepare.cutout.cutout import Cutout, cut_marked, make_object
 from scenes.prepare.cutout.labelling.separate import Separation
-from scenes.prepare.cutout.marks.masks import GrabCutMasks
-from scenes.prepare.cutout.marks.prompted_views import PromptedView, masked_views
+from scenes.prepare.cutout.marks.prompted_views import PromptedView
 from scenes.prepare.cutout.proposals import Proposal, propose
 from scenes.render.native import NativeRenderer
 from scenes.splats import SplatCloud
@@ -47,14 +46,15 @@ Cut = Callable[[Capture, Sequence[PromptedView]], Cutting]
 
 
 def cut_by_product(capture: Capture, prompted: Sequence[PromptedView]) -> Cutting:
-    """The cut of `nexus cut` with boxes or a click in photos, and GrabCut.
+    """The cut of `nexus cut` with boxes or a click in photos.
 
     Raises:
         ValueError: the marks show no object; says what to do.
     """
     package, renderer = capture.package, NativeRenderer()
-    masked = masked_views(package.room, prompted, masks=GrabCutMasks(), renderer=renderer)
-    done = cut_out(package, masked, object_id=OBJECT_ID, name=OBJECT_ID, kind="", renderer=renderer)
+    done = cut_marked(
+        package, prompted, object_id=OBJECT_ID, name=OBJECT_ID, kind="", renderer=renderer
+    )
     return _cutting(package, done)
 
 

@@ -14,8 +14,11 @@ from scenes.package import ScenePackage
 from scenes.package.records import Stage
 from scenes.prepare.cutout.coverage.in_photos import with_coverage
 from scenes.prepare.cutout.labelling.above_ground import SOLID
+from scenes.prepare.cutout.labelling.closed_body import closed_body
 from scenes.prepare.cutout.labelling.separate import Separation, ViewVerdict, separate
 from scenes.prepare.cutout.marks.masked_view import MaskedView
+from scenes.prepare.cutout.marks.masks import GrabCutMasks, Masks
+from scenes.prepare.cutout.marks.prompted_views import PromptedView, masked_views
 from scenes.prepare.cutout.object.added import ADDED, require_free_id
 from scenes.prepare.cutout.object.solid_parts import guessed_mass_kg, solid_parts
 from scenes.prepare.cutout.object.upright_box import UprightBox, upright_box
@@ -99,6 +102,45 @@ def cut_out(
             "object in the boxes, or it is too small in these views; choose nearer ones"
         )
     return make_object(package, found, object_id=object_id, name=name, kind=kind, renderer=renderer)
+
+
+def cut_marked(
+    package: ScenePackage,
+    views: Sequence[PromptedView],
+    *,
+    object_id: str,
+    name: str,
+    kind: str,
+    renderer: NativeRenderer,
+    masks: Masks | None = None,
+) -> Cutout:
+    """Separate what somebody marked from the room.
+
+    Where there are only clicks, that is the body which was clicked on; a model for masks, if one is
+    given, knows better what a click means. Boxes and strokes become masks.
+
+    Args:
+        package: the scene; it is left as it is.
+        views: with marks on one object, in one to three views.
+        object_id: unique in the scene.
+        name: shown to people.
+        kind: shared by identical twins; empty if unique.
+        renderer: draws the room.
+        masks: finds an object in a picture; GrabCut if not given.
+
+    Raises:
+        ValueError: the marks show no object, or the id is taken or unfit.
+    """
+    require_free_id(package, object_id)
+    prompts = [view.prompt for view in views]
+    are_clicks = all(p.box_px is None and not len(p.outside_px) for p in prompts)
+    if are_clicks and package.views and masks is None:
+        body = closed_body(package.room, views, viewpoints=package.views, renderer=renderer)
+        return make_object(
+            package, body, object_id=object_id, name=name, kind=kind, renderer=renderer
+        )
+    masked = masked_views(package.room, views, masks=masks or GrabCutMasks(), renderer=renderer)
+    return cut_out(package, masked, object_id=object_id, name=name, kind=kind, renderer=renderer)
 
 
 def make_object(

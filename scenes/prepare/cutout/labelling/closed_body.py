@@ -109,7 +109,7 @@ ROUNDS = 2
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Body:
-    """What was found in one ball.
+    """Body found in one ball.
 
     Attributes:
         cells: of all surfaces there.
@@ -122,15 +122,21 @@ class _Body:
     openness: float
 
     @property
+    def is_closed(self) -> bool:
+        """Whether it ends there, and is no speck."""
+        return self.openness < CLOSED and int(self.labels.sum()) >= MIN_CELLS
+
+    @property
     def area_m2(self) -> float:
+        """Of the surface that was seen, within a cell's roughness."""
         return float(self.labels.sum()) * self.cells.side_m**2
 
 
 def closed_body(
     cloud: SplatCloud,
     views: Sequence[PromptedView],
-    viewpoints: Sequence[ViewPoint],
     *,
+    viewpoints: Sequence[ViewPoint],
     renderer: NativeRenderer,
 ) -> Separation:
     """The splats of the body that was clicked on.
@@ -144,22 +150,26 @@ def closed_body(
     Raises:
         ValueError: there is nothing where somebody clicked, or nothing that ends.
     """
-    clicked = np.concatenate([_clicked_points(cloud, view, renderer) for view in views])
+    clicked = np.concatenate([_clicked_points(cloud, view, renderer=renderer) for view in views])
     if not len(clicked):
         names = ", ".join(view.name for view in views)
         raise ValueError(f"nothing is drawn where you clicked in {names}; click on the object")
-    body = _smallest_closed(cloud, np.median(clicked, axis=0), viewpoints, renderer)
+    body = _smallest_closed(
+        cloud, np.median(clicked, axis=0), viewpoints=viewpoints, renderer=renderer
+    )
     if body is None:
         raise ValueError(
             f"what was clicked on does not end within {RADII_M[-1]:g} m: it is a wall, a floor or "
             "grown together with one; draw a box around the object in two views"
         )
-    labels = splats_of_cells(cloud, body.cells, body.labels)
+    labels = splats_of_cells(cloud, body.cells, labels=body.labels)
     none = np.zeros_like(labels)
     return Separation(labels, none, none, ())
 
 
-def _clicked_points(cloud: SplatCloud, view: PromptedView, renderer: NativeRenderer) -> FloatArray:
+def _clicked_points(
+    cloud: SplatCloud, view: PromptedView, *, renderer: NativeRenderer
+) -> FloatArray:
     """(K, 3) world points of what is drawn where somebody clicked."""
     drawn = renderer.render(
         [PosedSplats(cloud, Pose.identity())], view.camera, view.world_from_camera
@@ -173,6 +183,7 @@ def _clicked_points(cloud: SplatCloud, view: PromptedView, renderer: NativeRende
 def _smallest_closed(
     cloud: SplatCloud,
     centre: FloatArray,
+    *,
     viewpoints: Sequence[ViewPoint],
     renderer: NativeRenderer,
 ) -> _Body | None:
@@ -187,17 +198,16 @@ def _smallest_closed(
         cells = surface_cells(
             cloud, viewpoints, centre=centre, radius_m=radius, side_m=side, renderer=renderer
         )
-        body = _body_at(cells, centre, radius) if len(cells) >= MIN_CELLS else None
+        body = _body_at(cells, centre=centre, radius_m=radius) if len(cells) >= MIN_CELLS else None
         grown = 0.0 if last is None or body is None else body.area_m2 / last.area_m2
         if 1 / GROWTH < grown < GROWTH:
             return last
-        is_closed = body is not None and body.openness < CLOSED
-        last = body if is_closed and body.labels.sum() >= MIN_CELLS else None
+        last = body if body is not None and body.is_closed else None
         first = first or last
     return first
 
 
-def _body_at(cells: SurfaceCells, centre: FloatArray, radius_m: float) -> _Body:
+def _body_at(cells: SurfaceCells, *, centre: FloatArray, radius_m: float) -> _Body:
     """The clicked body, if all outside a ball were the room."""
     apart = np.linalg.norm(cells.places - centre, axis=1)
     inside = apart < radius_m
@@ -209,7 +219,11 @@ def _body_at(cells: SurfaceCells, centre: FloatArray, radius_m: float) -> _Body:
     openness = np.inf
     for _ in range(ROUNDS):
         labels, openness = _clicked_body(
-            cells, cut(belief, links, smoothness=SMOOTHNESS), clicked, inside, links
+            cells,
+            cut(belief, links, smoothness=SMOOTHNESS),
+            clicked=clicked,
+            inside=inside,
+            links=links,
         )
         odds = _colour_odds(cells.colours, labels)
         belief = np.where(inside & ~clicked, shape + odds, belief)
@@ -222,6 +236,7 @@ def _body_at(cells: SurfaceCells, centre: FloatArray, radius_m: float) -> _Body:
 def _clicked_body(
     cells: SurfaceCells,
     labels: BoolArray,
+    *,
     clicked: BoolArray,
     inside: BoolArray,
     links: Links,
@@ -287,7 +302,7 @@ def _flat_patches(cells: SurfaceCells) -> tuple[NDArray[np.intp], int]:
         if len(left) < MIN_PATCH:
             break
         sample = left if len(left) <= SAMPLED else rng.choice(left, SAMPLED, replace=False)
-        found = _largest_plane(cells, sample, rng)
+        found = _largest_plane(cells, sample, rng=rng)
         if found is None or found[2] * len(left) / len(sample) < MIN_PATCH:
             break
         point, normal, _, thick_m = found
@@ -304,7 +319,7 @@ def _flat_patches(cells: SurfaceCells) -> tuple[NDArray[np.intp], int]:
 
 
 def _largest_plane(
-    cells: SurfaceCells, sample: NDArray[np.intp], rng: np.random.Generator
+    cells: SurfaceCells, sample: NDArray[np.intp], *, rng: np.random.Generator
 ) -> tuple[FloatArray, FloatArray, int, float] | None:
     """Point, normal, number of sampled cells on it, and half the thickness of the largest plane."""
     places, normals = cells.places[sample], cells.normals[sample]
@@ -316,14 +331,20 @@ def _largest_plane(
     on = near[:, int(np.argmax(near.sum(axis=0)))]
     if on.sum() < 3:
         return None
-    for _ in range(3):
-        point = places[on].mean(axis=0)
-        normal = np.linalg.svd(places[on] - point, full_matrices=False)[2][2]
-        normal = normal * np.sign((normals[on] @ normal).mean())
+    point, normal = _plane_through(places[on], normals[on])
+    for _ in range(2):
         refined = (np.abs((places - point) @ normal) < most) & (normals @ normal > 0.85)
         if refined.sum() < 3:
             break
         on = refined
+        point, normal = _plane_through(places[on], normals[on])
     off = np.abs((places[on] - point) @ normal)
     thick_m = min(most, 2.5 * max(1.4826 * float(np.median(off)), 0.25 * cells.side_m))
     return point, normal, int(on.sum()), thick_m
+
+
+def _plane_through(places: FloatArray, normals: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Point and normal of the plane of least squares, on the side to which normals point."""
+    point = places.mean(axis=0)
+    normal = np.linalg.svd(places - point, full_matrices=False)[2][2]
+    return point, normal * np.sign((normals @ normal).mean())

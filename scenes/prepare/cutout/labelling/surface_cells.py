@@ -42,7 +42,7 @@ MARGIN = 0.25
 NEAREST_M = 0.3
 """Views nearer than this are not preferred to others: they show too little around."""
 
-LEAST_SHOWN = 0.3
+MIN_SHOWN = 0.3
 """Share of a ball that a view has to show."""
 
 AGREEING = 3
@@ -69,7 +69,7 @@ EDGE_DEG = 3 * CREASE_DEG
 COLOUR_STEP = 0.15
 """Colour difference (0..1 per channel, Euclidean) at which two cells hardly hold together."""
 
-LEAST_HOLD = 1e-3
+MIN_HOLD = 1e-3
 """Strength of a link across any crease."""
 
 NEIGHBOURS = 8
@@ -124,8 +124,10 @@ def surface_cells(
             would be holes between cells.
         renderer: draws each view three times.
     """
-    views = _views_around(viewpoints, centre, radius_m)
-    sights = [_sight(cloud, camera, pose, renderer) for camera, pose in views]
+    views = _views_around(viewpoints, centre=centre, radius_m=radius_m)
+    sights = [
+        _sight(cloud, camera, world_from_camera=pose, renderer=renderer) for camera, pose in views
+    ]
     if views:
         ways = [(pose.translation - centre, camera.fx) for camera, pose in views]
         pixels_m = [float(np.linalg.norm(way)) / focal_px for way, focal_px in ways]
@@ -133,7 +135,8 @@ def surface_cells(
     reach = 1.5 * radius_m
     kept = [(np.abs(places - centre) < reach).all(axis=1) for places, _, _ in sights]
     if not any(mask.any() for mask in kept):
-        return SurfaceCells(*np.zeros((3, 0, 3)), np.zeros(0, dtype=np.intp), side_m)
+        none = np.zeros((0, 3))
+        return SurfaceCells(none, none, none, np.zeros(0, dtype=np.intp), side_m)
     places, normals, colours = (
         np.concatenate([sight[part][mask] for sight, mask in zip(sights, kept, strict=True)])
         for part in range(3)
@@ -171,10 +174,10 @@ def links_between(cells: SurfaceCells) -> Links:
     angle_deg = np.degrees(np.arccos(cosine))
     bend = angle_deg / np.where(is_hollow, CREASE_DEG, EDGE_DEG)
     step = np.linalg.norm(cells.colours[first] - cells.colours[second], axis=1) / COLOUR_STEP
-    return first, second, np.exp(-(bend**2) - step**2) + LEAST_HOLD
+    return first, second, np.exp(-(bend**2) - step**2) + MIN_HOLD
 
 
-def splats_of_cells(cloud: SplatCloud, cells: SurfaceCells, labels: BoolArray) -> BoolArray:
+def splats_of_cells(cloud: SplatCloud, cells: SurfaceCells, *, labels: BoolArray) -> BoolArray:
     """(N,) the splats that lie at labelled cells rather than at others.
 
     The nearest cells vote, near ones and those that many views see with more weight.
@@ -204,7 +207,7 @@ def splats_of_cells(cloud: SplatCloud, cells: SurfaceCells, labels: BoolArray) -
 
 
 def _views_around(
-    viewpoints: Sequence[ViewPoint], centre: FloatArray, radius_m: float
+    viewpoints: Sequence[ViewPoint], *, centre: FloatArray, radius_m: float
 ) -> list[tuple[Pinhole, Pose]]:
     """Up to `MAX_VIEWS` crops to a ball.
 
@@ -247,7 +250,7 @@ def _cropped(view: ViewPoint, ball: FloatArray) -> tuple[Pinhole, float] | None:
     pixels, _ = camera.project(in_camera[in_camera[:, 2] >= 0.05])
     limit = np.array([camera.width_px, camera.height_px])
     shown = float(((pixels > 0) & (pixels < limit)).all(axis=1).mean())
-    if shown < LEAST_SHOWN:
+    if shown < MIN_SHOWN:
         return None
     low, high = np.percentile(pixels, (1, 99), axis=0)
     reach = MARGIN * (high - low).max() + 4
@@ -263,7 +266,7 @@ def _cropped(view: ViewPoint, ball: FloatArray) -> tuple[Pinhole, float] | None:
 
 
 def _sight(
-    cloud: SplatCloud, camera: Pinhole, world_from_camera: Pose, renderer: NativeRenderer
+    cloud: SplatCloud, camera: Pinhole, *, world_from_camera: Pose, renderer: NativeRenderer
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """World points (K, 3) of the surface that a view draws, their normals and colours."""
     shown = cloud.select(framed(cloud, camera, world_from_camera))
@@ -273,7 +276,7 @@ def _sight(
     rays = camera.unproject(pixel_centres(camera)).reshape(*depth.shape, 3)
     rays = rays / rays[..., 2:]
     points = (world_from_camera @ (rays * depth[..., None]).reshape(-1, 3)).reshape(rays.shape)
-    across, down = np.zeros((2, *rays.shape))
+    across, down = np.zeros(rays.shape), np.zeros(rays.shape)
     across[:, 1:-1] = points[:, 2:] - points[:, :-2]
     down[1:-1] = points[2:] - points[:-2]
     # A surface's point is sure where its four neighbours are.

@@ -13,6 +13,7 @@ from scenes.prepare.cutout.cutout import undo_cut
 from scenes.prepare.cutout.object.added import add_object
 from scenes.prepare.refine.refine import RefineOptions
 from scenes.prepare.refine.scene import in_sphere, refine_object, refine_region
+from scenes.render.native import NativeRenderer
 from scenes.state import ObjectModel
 
 FIELDS = ("means", "scales", "rotations", "opacities", "sh")

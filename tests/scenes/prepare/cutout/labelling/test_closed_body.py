@@ -60,7 +60,7 @@ def test_one_click_finds_the_whole_box_and_nothing_of_its_floor(room, renderer):
     cloud, own, size = room
     views = viewpoints(size)
     on_side = (0.5 * size[0], 0.0, 0.6 * size[2])
-    found = closed_body(cloud, [clicked(views[0], on_side)], views, renderer=renderer)
+    found = closed_body(cloud, [clicked(views[0], on_side)], viewpoints=views, renderer=renderer)
     seen = own & (cloud.means[:, 2] > 0.01)  # nobody saw what it stands on
     assert found.labels[seen].mean() > 0.97
     assert (found.labels & ~own).sum() < 0.03 * own.sum()
@@ -71,7 +71,7 @@ def test_the_floor_does_not_end(room, renderer):
     views = viewpoints(size)
     beside = (0.5 * size[0] + 0.4, 0.0, 0.0)
     with pytest.raises(ValueError, match=r"does not end within 1.4 m.* draw a box"):
-        closed_body(cloud, [clicked(views[0], beside)], views, renderer=renderer)
+        closed_body(cloud, [clicked(views[0], beside)], viewpoints=views, renderer=renderer)
 
 
 def test_a_click_on_nothing_names_the_view(room, renderer):
@@ -79,7 +79,7 @@ def test_a_click_on_nothing_names_the_view(room, renderer):
     views = viewpoints(size)
     sky = (-2.0, 0.0, 1.4)
     with pytest.raises(ValueError, match=f"{views[0].name}; click on"):
-        closed_body(cloud, [clicked(views[0], sky)], views, renderer=renderer)
+        closed_body(cloud, [clicked(views[0], sky)], viewpoints=views, renderer=renderer)
 
 
 def test_links_hold_on_faces_and_hardly_where_the_box_stands(room, renderer):
@@ -101,9 +101,9 @@ def test_links_hold_on_faces_and_hardly_where_the_box_stands(room, renderer):
     assert feet < 0.7 * hold_at(0.5 * size[2])
     on_box = cells.places[:, 2] > 1.5 * cells.side_m
     # The cells say whose each splat is.
-    labels = splats_of_cells(cloud, cells, on_box)
+    labels = splats_of_cells(cloud, cells, labels=on_box)
     assert (labels == own)[cloud.means[:, 2] > 2 * cells.side_m].all()
-    assert not splats_of_cells(cloud, cells, np.zeros(len(cells), dtype=bool)).any()
+    assert not splats_of_cells(cloud, cells, labels=np.zeros(len(cells), dtype=bool)).any()
 
 
 def test_no_view_sees_the_place(room, renderer):
