@@ -17,10 +17,11 @@ import numpy as np
 from scenes.harmonics import turned
 from scenes.opening import open_scene
 from scenes.pose import Pose
+from scenes.prepare.cutout.cutout import cut_marked
 from scenes.render.native import NativeRenderer
 from scenes.render.renderer import PosedSplats
 from scenes.splats import concatenate
-from studio.verbs.cut import cut, prompted_views, prompts_of
+from studio.verbs.cut import prompted_views, prompts_of
 
 PAD_PX = 6.0
 
@@ -52,14 +53,19 @@ def main() -> None:
     chosen = sorted(boxes, key=off_third)[: args.views]
     scene = replace(scene, views=tuple(view for view in scene.views if view.name in chosen))
     prompts = prompts_of([[name, *map(str, boxes[name])] for name in chosen[:3]], [], [])
-    done = cut(
-        scene, prompted_views(scene, prompts, None), object_id="chair", name="Chair", kind="chair"
+    renderer = NativeRenderer()
+    done = cut_marked(
+        scene,
+        prompted_views(scene, prompts, None),
+        object_id="chair",
+        name="Chair",
+        kind="chair",
+        renderer=renderer,
     )
     size_cm = " × ".join(f"{100 * side:.1f}" for side in done.item.box_m)
     print(f"{len(done.item.splats):,} of {len(in_world):,} splats, {size_cm} cm")
 
     view = next(view for view in scene.views if view.name == chosen[0])
-    renderer = NativeRenderer()
     pictures = [
         renderer.render([PosedSplats(room, Pose.identity())], view.camera, view.world_from_camera)
         for room in (scene.room, done.package.room)

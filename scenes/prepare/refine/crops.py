@@ -134,15 +134,15 @@ class _Drawn:
     renderer: Renderer
     options: RenderOptions
 
-    def at(self, camera: Pinhole | Fisheye, pose: Pose) -> Rendering:
+    def at(self, camera: Pinhole | Fisheye, world_from_camera: Pose) -> Rendering:
         """The room, from where a photo was taken."""
         posed = [PosedSplats(self.room, Pose.identity())]
-        return self.renderer.render(posed, camera, pose, self.options)
+        return self.renderer.render(posed, camera, world_from_camera, self.options)
 
-    def share(self, camera: Pinhole | Fisheye, pose: Pose) -> NDArray[np.float32]:
+    def share(self, camera: Pinhole | Fisheye, world_from_camera: Pose) -> NDArray[np.float32]:
         """(H, W) share of each pixel's light that is the region's."""
         posed = [PosedSplats(self.marked, Pose.identity())]
-        return self.renderer.render(posed, camera, pose, self.options).rgb[..., 0]
+        return self.renderer.render(posed, camera, world_from_camera, self.options).rgb[..., 0]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

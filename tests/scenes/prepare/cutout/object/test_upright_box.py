@@ -50,6 +50,36 @@ def test_size_yaw_and_support_come_back(size, yaw, height):
     np.testing.assert_allclose(found.world_from_box.translation, (0.1, -0.2, height), atol=0.01)
 
 
+def chair(rng, *, legs_from):
+    """A seat and a back on four legs, as far down as they were found."""
+    seat = rng.uniform((-0.2, -0.2, 0.43), (0.2, 0.2, 0.47), (2000, 3))
+    back = rng.uniform((-0.2, 0.17, 0.47), (0.2, 0.2, 0.9), (2000, 3))
+    legs = rng.uniform((-0.02, -0.02, legs_from), (0.02, 0.02, 0.43), (600, 3))
+    legs[:, :2] += rng.choice([-0.18, 0.18], (600, 2))
+    return np.concatenate([seat, back, legs])
+
+
+@pytest.mark.parametrize("legs_from", [0.0, 0.12, 0.25])
+def test_a_chair_stands_on_the_floor_and_not_on_the_table_beside_it(legs_from):
+    rng = np.random.default_rng(6)
+    table = rng.uniform((0.25, -0.6, 0.45), (0.9, 0.6, 0.4501), (9000, 3))
+    room = np.concatenate([floor_at(0.0, rng), table])
+    found = upright_box(flat(chair(rng, legs_from=legs_from)), flat(room))
+    assert found.supported
+    assert abs(found.support_z_m) < 0.005
+    assert abs(found.size_m[2] - 0.9) < 0.02
+
+
+def test_a_book_whose_splats_hang_through_its_table_lies_on_it():
+    rng = np.random.default_rng(7)
+    book = rng.uniform((-0.12, -0.08, 0.7), (0.12, 0.08, 0.73), (900, 3))
+    hanging = rng.uniform((-0.12, -0.08, 0.6), (0.12, 0.08, 0.7), (80, 3))
+    table = rng.uniform((-0.5, -0.4, 0.7), (0.5, 0.4, 0.7001), (6000, 3))
+    room = np.concatenate([floor_at(0.0, rng), table])
+    found = upright_box(flat(np.concatenate([book, hanging])), flat(room))
+    assert abs(found.support_z_m - 0.7) < 0.005
+
+
 def test_a_box_that_lost_an_end_is_boxed_as_its_masks_show_it():
     rng = np.random.default_rng(4)
     world_from_box = Pose.from_yaw(0.3, (0.1, -0.2, 0.0))
