@@ -1,9 +1,11 @@
-"""Cells of space that many points lie in, without sorting their coordinates by rows."""
+# pyright: standard
+"""Cells of space that many points lie in, and which points are near others."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
 
 MAX_CELLS = 2**62
 """Cells of the box around all points that a number can count; more are distinguished by rows."""
@@ -33,3 +35,26 @@ def cells_of(
     code, cell = np.unique((x * across[1] + y) * across[2] + z, return_inverse=True)
     rows, z = np.divmod(code, across[2])
     return low + np.stack([*np.divmod(rows, across[1]), z], axis=1), cell
+
+
+def nearest(
+    places: NDArray[np.floating], among: NDArray[np.floating], *, count: int = 1
+) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
+    """Distances (N, K) to the nearest of some points, and which ones, the nearest first.
+
+    Args:
+        places: (N, D).
+        among: (M, D), at least one.
+        count: K; fewer where there are not so many points.
+    """
+    apart, which = KDTree(among).query(places, k=min(count, len(among)), workers=-1)
+    shape = len(places), -1
+    return np.reshape(apart, shape), np.reshape(which, shape).astype(np.intp)
+
+
+def pairs_within(
+    points: NDArray[np.floating], reach: float
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """First and second (P,) of every pair of points (N, D) that are not farther apart."""
+    pairs = KDTree(points).query_pairs(reach, output_type="ndarray")
+    return pairs[:, 0].astype(np.intp), pairs[:, 1].astype(np.intp)

@@ -1,4 +1,3 @@
-# pyright: standard
 """The parts of photos that show a region of the room, at the photos' own resolution.
 
 A photo's exposure is not kept with a room. It is found again where the room is drawn beside the
@@ -220,8 +219,9 @@ def _cut_out(drawn: _Drawn, look: _Look, *, falloff: FloatArray) -> Crop:
     if longest > MAX_CROP_PX:
         camera = smaller(camera, longest / MAX_CROP_PX)
         size = (camera.width_px, camera.height_px)
-        resized = cv2.resize(colours, size, interpolation=cv2.INTER_AREA)
-        colours = np.asarray(resized, dtype=np.float32)
+        colours = np.asarray(
+            cv2.resize(colours, size, interpolation=cv2.INTER_AREA), dtype=np.float32
+        )
     side = 2 * RIM_PX + 1
     share = (drawn.share(camera, pose) > SHARE).astype(np.uint8)
     near = np.asarray(cv2.dilate(share, np.ones((side, side), np.uint8)) > 0)

@@ -1,4 +1,3 @@
-# pyright: standard
 """Splats of a region, trained further on crops of the photos that show it; all others stand still.
 
 The region's splats are split where the error is, up to one for a few pixels of the photo that shows
@@ -14,9 +13,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
 from scenes.pose import Pose
+from scenes.prepare.cells import nearest
 from scenes.prepare.progress import Progress, silent
 from scenes.prepare.reconstruction import View
 from scenes.prepare.refine.crops import MIN_CROPS, Crop, crops_of
@@ -198,7 +197,7 @@ class _Run:
         self._still = _standing_still(self._around, room.sh.shape[1])
         self._targets = [crop.target() for crop in crops]
         self._distance = _distance(region, crops)
-        self._before = KDTree(region.means)
+        self._before = region.means
         self._reach = STRAY_M + STRAY_SCALES * region.scales.max(axis=1)
         most_px = max(crop.shown_px for crop in crops)
         wanted = int(np.clip(most_px // PX_PER_SPLAT, MIN_SPLATS, MAX_SPLATS))
@@ -279,8 +278,8 @@ class _Run:
 
     def _is_stray(self, rows: TrainingRows) -> BoolArray:
         means = np.nan_to_num(rows.values[:, MEAN].astype(np.float64))
-        away, nearest = self._before.query(means)
-        return np.asarray(away > self._reach[nearest], dtype=np.bool_)
+        away, which = nearest(means, self._before)
+        return np.asarray(away[:, 0] > self._reach[which[:, 0]], dtype=np.bool_)
 
     def _weights_px(self, cloud: SplatCloud) -> NDArray[np.float64]:
         """(N,) blend weight of each splat in all crops, pixels."""

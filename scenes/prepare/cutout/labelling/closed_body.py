@@ -1,4 +1,3 @@
-# pyright: standard
 """Finds the object that somebody clicked on: the body that ends, however far one looks around it.
 
 A room's floor, walls and tables go on beyond any ball around a click, an object does not. So the
@@ -15,11 +14,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter
-from scipy.spatial import KDTree
 
 from scenes.package.records import ViewPoint
 from scenes.pose import Pose
+from scenes.prepare.cells import nearest
 from scenes.prepare.cutout.connected_bodies import bodies
 from scenes.prepare.cutout.labelling.graph_cut import Links, cut
 from scenes.prepare.cutout.labelling.separate import Separation
@@ -253,9 +251,9 @@ def _clicked_body(
     size = np.bincount(body, minlength=count)
     openness = np.bincount(body_of[ends[0][leaves]], minlength=count) / size
     own = cells.places[chosen[body == main]]
-    to_main, _ = KDTree(own).query(cells.places[chosen], workers=-1)
+    to_main, _ = nearest(cells.places[chosen], own)
     beside = np.full(count, np.inf)
-    np.minimum.at(beside, body, to_main)
+    np.minimum.at(beside, body, to_main[:, 0])
     reach = BESIDE * float(np.ptp(own, axis=0).max())
     kept = (openness < TOUCHING) & (beside <= reach)
     kept[main] = True
@@ -268,14 +266,26 @@ def _colour_odds(colours: FloatArray, labels: BoolArray) -> FloatArray:
     """(N,) log odds of each colour between labelled cells and all others."""
     place = np.clip((colours * BINS).astype(np.intp), 0, BINS - 1)
     bins = (place[:, 0] * BINS + place[:, 1]) * BINS + place[:, 2]
-    shares = []
+    shares: list[FloatArray] = []
     for part in (labels, ~labels):
         counted = np.bincount(bins[part], minlength=BINS**3).astype(np.float64)
-        smooth = gaussian_filter(counted.reshape(BINS, BINS, BINS), 0.7).ravel()
+        smooth = _blurred(counted.reshape(BINS, BINS, BINS)).ravel()
         # A colour that was never seen is as rare as one cell in a hundred.
         smooth += 0.01 * max(int(part.sum()), 1) / BINS**3
         shares.append((smooth / smooth.sum())[bins])
     return np.clip(np.log(shares[0] / shares[1]), -MAX_COLOUR_ODDS, MAX_COLOUR_ODDS)
+
+
+def _blurred(counts: FloatArray) -> FloatArray:
+    """Counts (B, B, B), each shared with the bins beside it: a half stays, a quarter each way."""
+    for axis in range(counts.ndim):
+        padded = np.pad(counts, [(int(a == axis),) * 2 for a in range(counts.ndim)], mode="edge")
+        low, middle, high = (
+            np.take(padded, range(start, start + counts.shape[axis]), axis=axis)
+            for start in range(3)
+        )
+        counts = 0.25 * low + 0.5 * middle + 0.25 * high
+    return counts
 
 
 def _going_on(cells: SurfaceCells, inside: BoolArray) -> FloatArray:

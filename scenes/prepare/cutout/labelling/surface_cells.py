@@ -1,4 +1,3 @@
-# pyright: standard
 """Small cells of the surfaces around a place, as many views of the room together draw them.
 
 Splats hang before and behind what they paint, and differ in size by a hundred times. The depth that
@@ -13,12 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
 from scenes.cameras import Pinhole, pixel_centres
 from scenes.package.records import ViewPoint
 from scenes.pose import Pose
-from scenes.prepare.cells import cells_of
+from scenes.prepare.cells import cells_of, nearest, pairs_within
 from scenes.prepare.cutout.labelling.graph_cut import Links
 from scenes.prepare.cutout.votes.framed import framed
 from scenes.prepare.cutout.votes.seen_surface import CELL_PX
@@ -165,8 +163,7 @@ def links_between(cells: SurfaceCells) -> Links:
     Two faces that meet in a hollow are often two objects, two that meet in an edge seldom (Stein et
     al. 2014, *Object Partitioning using Local Convexity*).
     """
-    pairs = KDTree(cells.places).query_pairs(LINK_REACH * cells.side_m, output_type="ndarray")
-    first, second = pairs[:, 0].astype(np.intp), pairs[:, 1].astype(np.intp)
+    first, second = pairs_within(cells.places, LINK_REACH * cells.side_m)
     apart = cells.places[second] - cells.places[first]
     turned = cells.normals[second] - cells.normals[first]
     is_hollow = (turned * apart).sum(axis=1) < 0
@@ -196,10 +193,7 @@ def splats_of_cells(cloud: SplatCloud, cells: SurfaceCells, *, labels: BoolArray
     near = np.flatnonzero(((cloud.means > low) & (cloud.means < high)).all(axis=1))
     if not len(near):
         return found
-    apart, which = KDTree(cells.places).query(
-        cloud.means[near].astype(np.float64), k=min(NEIGHBOURS, len(cells)), workers=-1
-    )
-    apart, which = apart.reshape(len(near), -1), which.reshape(len(near), -1)
+    apart, which = nearest(cloud.means[near], cells.places, count=NEIGHBOURS)
     votes = np.exp(-((apart / (2.0 * cells.side_m)) ** 2)) * cells.seen_by[which] + 1e-12
     share = (votes * labels[which]).sum(axis=1) / votes.sum(axis=1)
     found[near] = (share > 0.5) & (apart[:, 0] <= far_m)
@@ -257,7 +251,7 @@ def _cropped(view: ViewPoint, ball: FloatArray) -> tuple[Pinhole, float] | None:
     first = np.floor(np.maximum(low - reach, 0)).astype(int)
     last = np.ceil(np.minimum(high + reach, limit)).astype(int)
     scale = min(1.0, MAX_PX / float((last - first).max()))
-    size = np.maximum(np.round((last - first) * scale).astype(int), 3)
+    size = np.maximum(np.rint((last - first) * scale).astype(int), 3)
     crop = Pinhole(
         int(size[0]), int(size[1]), camera.fx * scale, camera.fy * scale,
         (camera.cx - float(first[0])) * scale, (camera.cy - float(first[1])) * scale,
