@@ -197,15 +197,20 @@ def _outlines(
     return whole, whole & (to_object.distance < to_rest.distance).reshape(shape)
 
 
-def marked(view: View, outline: NDArray[np.bool_]) -> PromptedView:
-    """A photo with a box around an outline, padded as a careful person draws it."""
+def padded_box(outline: NDArray[np.bool_]) -> tuple[float, float, float, float]:
+    """The box (left, top, right, bottom) around an outline (H, W), as a careful person draws it."""
     rows, columns = np.nonzero(outline)
-    box = (
+    return (
         float(columns.min()) - PADDING_PX,
         float(rows.min()) - PADDING_PX,
         float(columns.max()) + 1 + PADDING_PX,
         float(rows.max()) + 1 + PADDING_PX,
     )
+
+
+def marked(view: View, outline: NDArray[np.bool_]) -> PromptedView:
+    """A photo with a box around an outline, padded as a careful person draws it."""
+    box = padded_box(outline)
     assert isinstance(view.camera, Pinhole)
     return PromptedView(
         view.name, view.camera, view.world_from_camera, Prompt(box_px=box), read_picture(view)

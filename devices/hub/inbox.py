@@ -50,20 +50,20 @@ class Inbox:
         """Take an event."""
         self._events.append((kind, text))
 
-    def recognise(self, name: tuple[Op, str], thing: Thing) -> bool:
+    def recognise(self, name: tuple[Op, str], sent: Thing) -> bool:
         """Return whether a value of the session's state is one that came from here.
 
         Those of its name that came before are forgotten: a state shows none of them again.
         """
         values = self._handed.get(name, ())
-        older = next((n for n, value in enumerate(values) if value is thing), None)
+        older = next((n for n, value in enumerate(values) if value is sent), None)
         if older is None:
             return False
         self._forget(name, older)
         return True
 
     def see_end(self, drawn: Drawn) -> None:
-        """Forget a thing that is gone from the session's state, up to its end."""
+        """Forget what is gone from the session's state, up to its end."""
         if drawn.is_there:
             return
         name = (drawn.op, drawn.key)

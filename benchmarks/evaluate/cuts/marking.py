@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.evaluate.cutouts import MIN_SHARE, PADDING_PX, from_different_sides
+from benchmarks.evaluate.cutouts import MIN_SHARE, from_different_sides, padded_box
 from benchmarks.evaluate.cuts.captures import Capture, TrueObject
 from scenes.cameras import Pinhole, pixel_centres
 from scenes.prepare.cutout.marks.masks import Prompt
@@ -26,7 +26,7 @@ COARSER = 4
 """Photos are chosen on pictures so many times smaller."""
 
 LESS_SHARE = 0.4
-"""Where no photo shows most of an object, one that shows so much of it is taken."""
+"""Of an object: a photo has to show so much of it where none shows most of it."""
 
 MIN_SEEN_PX = 300
 """Of an object in sight, in the photo's pixels: what is smaller, people film again."""
@@ -165,17 +165,10 @@ def _turn(view: View, item: TrueObject) -> float:
 
 
 def _mark(view: View, outline: NDArray[np.bool_]) -> Mark:
-    rows, columns = np.nonzero(outline)
-    box = (
-        float(columns.min()) - PADDING_PX,
-        float(rows.min()) - PADDING_PX,
-        float(columns.max()) + 1 + PADDING_PX,
-        float(rows.max()) + 1 + PADDING_PX,
-    )
     # The picture's edge ends an outline, too.
     inner = cv2.distanceTransform(np.pad(outline, 1).astype(np.uint8), cv2.DIST_L2, 5)
     row, column = np.unravel_index(int(np.argmax(inner)), inner.shape)
-    return Mark(view.name, box, (float(column) - 0.5, float(row) - 0.5))
+    return Mark(view.name, padded_box(outline), (float(column) - 0.5, float(row) - 0.5))
 
 
 def smaller(camera: Pinhole, times: int) -> Pinhole:

@@ -102,7 +102,7 @@ def _best(inside: Shell, side: str, *, scene: RayScene) -> tuple[int, Pose] | No
 def _payload(name: str, number: int) -> str:
     """Eight characters that differ from the first on from those of the room's other codes.
 
-    Symbols of payloads with a common beginning are alike in most of their modules. On walls that
+    Symbols of payloads with a common beginning share most of their modules. On walls that
     show little else, structure from motion took one for another and turned photos by half a turn.
     """
     return hashlib.sha256(f"{name}:{number}".encode()).hexdigest()[:PAYLOAD].upper()

@@ -28,7 +28,7 @@ BARS: Mapping[str, float] = {
     "box_cm.p95": 2.0,
     "seconds.p95": 8.0,
 }
-"""What two boxes in an unknown room must give."""
+"""Bars of two boxes in an unknown room."""
 
 NO_BARS: Mapping[str, float] = {}
 """Other ways of marking are only reported."""

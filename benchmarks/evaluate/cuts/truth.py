@@ -31,7 +31,7 @@ ON_SURFACE_M = 2e-3
 point of a slanted face lies as far from where its neighbours' rays end."""
 
 COARSER = 2
-"""Where light decides, it falls into pictures so many times smaller: it takes a quarter as long."""
+"""Times that pictures are smaller into which light falls: it takes a quarter as long."""
 
 KEPT = "truth.npz"
 """Beside a capture: finding it takes a minute."""

@@ -140,7 +140,7 @@ class House:
         self.url = self.hub.url
 
     def run(self, talk):
-        """What people do with it: `talk` with a session of HTTP."""
+        """Runs `talk` of people with a session of HTTP."""
 
         async def within():
             async with self.http() as http:

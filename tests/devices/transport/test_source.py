@@ -14,10 +14,10 @@ BASE = "gn/lab/room/lab"
 @pytest.fixture
 def ways():
     exchange = Exchange()
-    heard = []
+    taken = []
     far = LocalTransport(exchange)
-    far.subscribe("gn/**", lambda key, data: heard.append((key, data)))
-    return Source(LocalTransport(exchange), room("lab"), logs=("drawn",), epoch=5), far, heard
+    far.subscribe("gn/**", lambda key, data: taken.append((key, data)))
+    return Source(LocalTransport(exchange), room("lab"), logs=("drawn",), epoch=5), far, taken
 
 
 def asked(far, channel, *, epoch=5, number=0):
@@ -27,10 +27,10 @@ def asked(far, channel, *, epoch=5, number=0):
 
 
 def test_a_value_is_sent_and_kept(ways):
-    source, far, heard = ways
+    source, far, taken = ways
     source.set("objects", b"1")
     source.set("objects", b"2")
-    assert [key for key, _data in heard] == [f"{BASE}/now/objects"] * 2
+    assert [key for key, _data in taken] == [f"{BASE}/now/objects"] * 2
     assert read_value(asked(far, "objects")) == (5, 2, b"2")
     assert asked(far, "nothing") is None
     source.drop("objects")
@@ -38,14 +38,14 @@ def test_a_value_is_sent_and_kept(ways):
 
 
 def test_a_value_that_is_kept_is_sent_once(ways):
-    source, far, heard = ways
+    source, far, taken = ways
     for data in (b"1", b"1", b"2", b"2"):
         source.keep("people", data)
-    assert len(heard) == 2
+    assert len(taken) == 2
     assert read_value(asked(far, "people")) == (5, 2, b"2")
     source.drop("people")
     source.keep("people", b"2")
-    assert len(heard) == 3
+    assert len(taken) == 3
 
 
 def test_a_log_gives_what_was_missed_or_all(ways, monkeypatch):
@@ -68,21 +68,21 @@ def test_a_log_gives_what_was_missed_or_all(ways, monkeypatch):
 
 
 def test_a_beat_says_what_there_is(ways):
-    source, far, heard = ways
+    source, far, taken = ways
     assert asked(far, "beat") is None
     source.set("objects", b"1")
     source.append("drawn", "a", data=b"1")
     source.beat(10, {"scene": "lab"})
     source.beat(11, {"scene": "lab"})
-    beats = [read_beat(data) for key, data in heard if key == f"{BASE}/beat"]
+    beats = [read_beat(data) for key, data in taken if key == f"{BASE}/beat"]
     assert len(beats) == 1
     assert (beats[0].values, beats[0].logs) == ({"objects": 1}, {"drawn": 1})
     assert read_beat(asked(far, "beat")) == beats[0]
     source.drop("objects")
     source.beat(12, {})
-    assert read_beat(heard[-1][1]).values == {}, "at once: something is gone"
+    assert read_beat(taken[-1][1]).values == {}, "at once: something is gone"
     source.beat(12 + BEAT_NS, {})
-    assert read_beat(heard[-1][1]).t_ns == 12 + BEAT_NS
+    assert read_beat(taken[-1][1]).t_ns == 12 + BEAT_NS
 
 
 def test_everything_has_a_limit(ways, monkeypatch):

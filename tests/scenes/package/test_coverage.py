@@ -1,4 +1,4 @@
-"""What photos saw of objects comes back through a package; packages without it still open."""
+"""Coverage of objects comes back through a package; packages without it still open."""
 
 import json
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""What photos saw of an object, in words that stay as they are."""
+"""Sides of an object that photos saw, in words that stay as they are."""
 
 import math
 

@@ -11,7 +11,7 @@ from scenes.state import ObjectModel
 from studio.app.viewport.drawing.shapes import Colour, Squares
 
 ORANGE: Colour = (0.95, 0.55, 0.1)
-"""Of what nobody saw: no wood or wall has it, and it is told from the green of collision meshes."""
+"""Of what nobody saw: no wood or wall has it, and it differs from the green of collision meshes."""
 
 OPACITY = 0.45
 """Of the squares: the splats behind them stay visible."""

@@ -1,4 +1,4 @@
-"""What photos saw of an object: bits of the splats they show, and none of those they do not."""
+"""Coverage of an object by photos: bits of the splats they show, and none of those they do not."""
 
 from dataclasses import replace
 

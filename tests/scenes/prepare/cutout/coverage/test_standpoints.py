@@ -1,4 +1,4 @@
-"""Where to stand for the photos that show what nobody saw."""
+"""Standpoints for the photos that show what nobody saw."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""What one view shows: crops, and the share of a splat's light that gets through."""
+"""Sight of one view: crops, and the share of a splat's light that gets through."""
 
 import numpy as np
 import pytest
