@@ -27,6 +27,7 @@ FloatArray = NDArray[np.float64]
 
 CELL_M = 0.04
 CLEARANCE_M = 0.28
+"""Around whoever walks upright."""
 LOW_THING_M = 0.25
 """A phone is held over what is lower than this."""
 DIRECTIONS = 180
@@ -45,6 +46,7 @@ SHAKE_HZ = (0.7, 1.3, 2.1, 3.4, 5.2)
 METRES_PER_RADIAN = 1.6
 """How much walking counts as much as a turn, when the pace is made even."""
 ARC_CLEARANCE_M = 0.12
+"""Around an arm that holds the phone out: around objects, and past furniture."""
 ARC_KNOTS = 48
 
 
@@ -157,20 +159,27 @@ def _rings(room: PhysicalRoom) -> tuple[FloatArray, FloatArray]:
     """Radii of the outer and inner lap about the room's middle, by direction, closed."""
     clear, low = _clear_plan(room, LOW_THING_M)
     middle = room.footprint_m.mean(axis=0)
+    is_walkable = bool(clear.max() > CLEARANCE_M)
     radii = np.arange(0.0, float(np.linalg.norm(np.ptp(room.footprint_m, axis=0))), CELL_M / 2)
     ends = np.empty((DIRECTIONS, 2))
     for k in range(DIRECTIONS):
         angle = 2 * math.pi * k / DIRECTIONS
         at = middle + radii[:, None] * (math.cos(angle), math.sin(angle))
-        free = _sampled(clear, low, at) > CLEARANCE_M
+        room_there = _sampled(clear, low, at)
+        free = room_there > CLEARANCE_M
         runs = np.flatnonzero(np.diff(np.concatenate([[0], free, [0]]).astype(int)))
-        if not len(runs):
+        if len(runs):
+            first, last = runs.reshape(-1, 2)[np.argmax(np.diff(runs.reshape(-1, 2), axis=1))]
+            ends[k] = radii[first], radii[last - 1]
+            continue
+        # Past furniture one reaches where most room is.
+        widest = int(np.argmax(room_there))
+        if not is_walkable or room_there[widest] < ARC_CLEARANCE_M:
             raise ValueError(
                 f"room {room.name!r}: no free floor towards {math.degrees(angle):.0f}° from its "
                 f"middle, wanted {CLEARANCE_M} m of clearance somewhere"
             )
-        first, last = runs.reshape(-1, 2)[np.argmax(np.diff(runs.reshape(-1, 2), axis=1))]
-        ends[k] = radii[first], radii[last - 1]
+        ends[k] = radii[widest]
     outer, inner = (
         gaussian_filter1d(minimum_filter1d(radius, 15, mode="wrap"), 8.0, mode="wrap")
         for radius in (
@@ -220,7 +229,7 @@ def _arc(room: PhysicalRoom, item: PhysicalObject) -> tuple[FloatArray, FloatArr
         taken = np.flatnonzero(~free)
         gaps = np.diff(np.append(taken, taken[0] + DIRECTIONS))
         widest = int(np.argmax(gaps))
-        first, count = int(taken[widest]) + 1, int(gaps[widest]) - 1
+        first, count = (int(taken[widest]) + 1) % DIRECTIONS, int(gaps[widest]) - 1
     there = angles[first] + np.linspace(0, (count - 1) * 2 * math.pi / DIRECTIONS, ARC_KNOTS)
     turn = np.concatenate([there, there[::-1]])
     rise = 0.30 + 0.35 * _smooth_step(np.linspace(2.0, -1.0, len(turn)))

@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from benchmarks.random_rooms.room import random_room
 from scenes.cameras import Pinhole
 from scenes.frames import OPENGL_FROM_OPENCV, look_at
 from scenes.mesh import TexturedMesh
@@ -332,3 +333,18 @@ def test_options_and_truth_that_make_no_sense_are_refused(tmp_path):
     (tmp_path / "truth" / "truth.json").write_text('{"room": "x"}')
     with pytest.raises(ValueError, match=r"truth\.json.*film again"):
         read_truth(tmp_path)
+
+
+@pytest.mark.parametrize("seed", [202, 205])
+def test_a_crowded_room_is_walked_through_where_most_room_is(seed: int) -> None:
+    """In 202 some directions have no free floor, in 205 an object has furniture before it."""
+    room = random_room(seed).scanned
+    rng = np.random.default_rng(seed)
+
+    around = walk_around(room, 30.0, rng, shake=HandShake())
+    near = walk_by_objects(room, 30.0, rng, shake=HandShake())
+
+    low, high = room.footprint_m
+    for walk in (around, near):
+        eyes = np.stack([walk.world_from_camera(t).translation for t in np.linspace(0, 30, 60)])
+        assert ((eyes[:, :2] > low) & (eyes[:, :2] < high)).all()
