@@ -15,6 +15,7 @@ from scenes.package.records import Stage
 from scenes.prepare.cutout.coverage.in_photos import with_coverage
 from scenes.prepare.cutout.labelling.above_ground import SOLID
 from scenes.prepare.cutout.labelling.closed_body import closed_body
+from scenes.prepare.cutout.labelling.marked_body import marked_body
 from scenes.prepare.cutout.labelling.separate import Separation, ViewVerdict, separate
 from scenes.prepare.cutout.marks.masked_view import MaskedView
 from scenes.prepare.cutout.marks.masks import GrabCutMasks, Masks
@@ -41,6 +42,8 @@ REFINED, REGION = "refine", "region"
 """Stages of refinements are called so, of an object by its id or of a region of the room."""
 MIN_SPLATS = 30
 """Splats below which nothing was found."""
+MIN_PHOTOS = 3
+"""Photos of a room from which on surfaces that they agree about say what an object is."""
 BESIDE_BOX_M = 0.03
 """An object's splats farther outside its box than this float."""
 BELOW_SUPPORT_M = 0.01
@@ -95,7 +98,10 @@ def cut_out(
         ValueError: the id is taken or unfit, or the masks show no object.
     """
     require_free_id(package, object_id)
-    found = separate(package.room, views, renderer=renderer, viewpoints=package.views)
+    if len(package.views) > max(len(views), MIN_PHOTOS):
+        found = marked_body(package.room, views, viewpoints=package.views, renderer=renderer)
+    else:
+        found = separate(package.room, views, renderer=renderer)
     if found.labels.sum() < MIN_SPLATS:
         raise ValueError(
             f"only {found.labels.sum()} splats were found, wanted {MIN_SPLATS}: there is no "
@@ -253,10 +259,18 @@ def _on_object(room: SplatCloud, labels: BoolArray, surface: SeenSurface) -> Flo
 def _box(
     package: ScenePackage, found: Separation, through: BoolArray, renderer: NativeRenderer
 ) -> tuple[SeenSurface, UprightBox]:
-    """Return the surface that the room's views show of the found splats, and its box."""
+    """Return the surface that the room's views show of the found splats, and its box.
+
+    Of a large object few views frame the whole: there the cells that it was found by say more.
+    """
     room = package.room
     own = found.labels & ~through
     surface = seen_surface(room, own, package.views, renderer=renderer)
+    surface = replace(
+        surface,
+        own=np.concatenate([surface.own, found.own]),
+        around=np.concatenate([surface.around, found.around]),
+    )
     gone = found.labels | found.floaters
     return surface, upright_box(room.select(own), room.select(~gone), surface, found.masks)
 

@@ -1,1 +1,1 @@
-"""From votes to labels: which splats are the object."""
+"""Which splats are the object: by surfaces that many photos agree about, or by votes of few views."""

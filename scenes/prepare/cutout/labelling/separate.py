@@ -9,7 +9,7 @@ on neighbourhood and colour decides, and the body that the masks mean most is ke
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,25 +17,18 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
-from scenes.package.records import ViewPoint
 from scenes.prepare.cutout.colour_similarity import log_likelihood_ratio
-from scenes.prepare.cutout.connected_bodies import bodies, bodies_of_splats
+from scenes.prepare.cutout.connected_bodies import bodies
 from scenes.prepare.cutout.labelling.above_ground import (
     AROUND_M,
     FREE_SHARE,
-    SOLID,
-    TRAINED_PLANE_M,
-    hanging_on,
     planes_around,
-    standing,
-    unlike_ground,
 )
 from scenes.prepare.cutout.labelling.graph_cut import Links, cut, neighbour_links
 from scenes.prepare.cutout.labelling.outliers import outliers
 from scenes.prepare.cutout.level_planes import on_planes
 from scenes.prepare.cutout.marks.masked_view import MaskedView
-from scenes.prepare.cutout.votes.lifting import FULL_SIGHT, Vote, inside_share, lift
-from scenes.prepare.cutout.votes.room_views import held_against_views
+from scenes.prepare.cutout.votes.lifting import FULL_SIGHT, Vote, lift
 from scenes.prepare.cutout.votes.silhouettes import (
     BOX_SLACK,
     CORE,
@@ -77,17 +70,6 @@ SMOOTHNESS = 1.0
 """Weight of the links between neighbours against the splats' own votes."""
 LINK_REACH_M = 0.06
 """Splats farther apart than this belong to different bodies."""
-TRAINED_REACH_M = 0.12
-"""The same in a trained room, whose splats are as large as they may be."""
-TALL = 10.0
-"""How many times as high as half of a floor's thickness an object is to be found without its
-foot."""
-FOOT_SHARE = 0.1
-"""Of the light that masks mean: where more falls onto splats that lie as low as the floor is thick,
-and are not of its colours, these are a part of the object (an open laptop's keyboard: 0.41), and no
-foot (of chairs, a table and a suitcase: at most 0.014)."""
-BEYOND_FOUND = 0.3
-"""Of the size of what the masks found: how far around it the rest of the object may lie."""
 BESIDE_M = 0.05
 """Bodies may lie this far outside the main body's bounding box to belong to it."""
 SPECK = 0.01
@@ -104,6 +86,8 @@ class Separation:
         outliers: (N,) bool, those of `labels` that hang beside it: `labelling.outliers`.
         views: what became of each view.
         masks: the views whose masks were used.
+        own: (P, 3) points on its surface and around: (Q, 3) beside it, as many views agree about
+            them; none where splats alone were looked at.
     """
 
     labels: BoolArray
@@ -111,6 +95,8 @@ class Separation:
     outliers: BoolArray
     views: tuple[ViewVerdict, ...]
     masks: tuple[MaskedView, ...] = ()
+    own: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
+    around: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
 
 
 def separate(
@@ -118,7 +104,6 @@ def separate(
     views: Sequence[MaskedView],
     *,
     renderer: NativeRenderer,
-    viewpoints: Sequence[ViewPoint] = (),
 ) -> Separation:
     """Find the splats of the object that the masks show.
 
@@ -126,7 +111,6 @@ def separate(
         cloud: the whole room, metres, Z up.
         views: from different sides; two or three are enough.
         renderer: draws the room.
-        viewpoints: where else the room was seen from, to hold what was found against.
 
     Raises:
         ValueError: no view, or nothing but empty space lies in the masks.
@@ -157,73 +141,9 @@ def separate(
     links = neighbour_links(positions[chosen], cloud.colours()[chosen])
     belief = _belief(cloud, chosen, in_boxes[chosen], links, shown, votes)
     found = chosen[cut(belief, links, smoothness=SMOOTHNESS)]
-    # Views that somebody marked have been used already.
-    others = len(viewpoints) > len(views)
-    if others:
-        found = _held(cloud, found, in_boxes, (shown, votes), viewpoints, renderer)
-    labels, floaters = _main_body(cloud, found, shown, votes, trained=others)
+    labels, floaters = _main_body(cloud, found, shown, votes)
     beside = outliers(cloud, labels, votes, in_boxes=in_boxes)
     return Separation(labels, floaters, beside, verdicts + empty, tuple(shown))
-
-
-def _held(
-    cloud: SplatCloud,
-    found: NDArray[np.intp],
-    in_boxes: BoolArray,
-    shown: tuple[Sequence[MaskedView], Sequence[Vote]],
-    viewpoints: Sequence[ViewPoint],
-    renderer: NativeRenderer,
-) -> NDArray[np.intp]:
-    """Places of the object's splats after all views were used."""
-    views, votes = shown
-    if not len(found):
-        return found
-    positions = cloud.means.astype(np.float64)
-    inside, _ = _sum(votes)
-    low, high = _weighted_range(positions[found], inside[found] + 1e-6)
-    # The boxes of few views reach far back; what was found says where the object is, though masks
-    # may have lost its upper or lower half.
-    reach = BEYOND_FOUND * (high - low).max() * np.array([1.0, 1.0, 3.0]) + 0.02
-    within = in_boxes & ((positions > low - reach) & (positions < high + reach)).all(axis=1)
-    marked = np.zeros(len(cloud), dtype=bool)
-    marked[found] = True
-    guess = marked & within
-    # What the boxes hold above the plane is the object, but for what a mask took in behind it.
-    above = standing(cloud, within)
-    upper = marked & above
-    low_part = unlike_ground(cloud, guess & ~above, like=upper, within=within, in_boxes=in_boxes)
-    is_foot = inside[low_part].sum() < FOOT_SHARE * inside[guess].sum()
-    solid = (upper if is_foot else guess) & (cloud.opacities >= SOLID)
-    if len(views) > 1 and solid.any():
-        low, high = _reach_of_main(cloud.select(solid), inside[solid])
-        within &= ((positions > low) & (positions < high))[:, :2].all(axis=1)
-        # Place does not separate an object's foot from what it stands on. A tall object's foot is
-        # found again by its light; of one that is low, or much of which is, too much would be
-        # missing, and the masks are heeded.
-        tall = is_foot and (high - low)[2] > TALL * TRAINED_PLANE_M + 2 * BESIDE_M
-        meant = inside_share(votes) > CORE
-        if tall:
-            upper |= hanging_on(cloud, upper, within, in_boxes=in_boxes, weights=inside)
-        guess = (upper if tall else marked | meant) & within
-    return np.flatnonzero(
-        held_against_views(
-            cloud, guess, within, viewpoints, hidden=marked & in_boxes, renderer=renderer
-        )
-    )
-
-
-def _reach_of_main(cloud: SplatCloud, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Lowest and highest corner (3,) around the body of most weight, and bodies wholly beside it.
-
-    A leg or a corner may hang on by splats that are too far apart to hold it.
-    """
-    positions = cloud.means.astype(np.float64)
-    count, body = bodies_of_splats(cloud, LINK_REACH_M)
-    main = positions[body == np.argmax(np.bincount(body, weights=weights, minlength=count))]
-    low, high = main.min(axis=0) - BESIDE_M, main.max(axis=0) + BESIDE_M
-    outside = ~((positions > low) & (positions < high)).all(axis=1)
-    own = positions[np.bincount(body, weights=outside, minlength=count)[body] == 0]
-    return own.min(axis=0) - BESIDE_M, own.max(axis=0) + BESIDE_M
 
 
 def _in_boxes(
@@ -346,8 +266,6 @@ def _main_body(
     found: NDArray[np.intp],
     views: Sequence[MaskedView],
     votes: Sequence[Vote],
-    *,
-    trained: bool,
 ) -> tuple[BoolArray, BoolArray]:
     """The connected body that is meant, with what else lies beside it; specks there float.
 
@@ -358,10 +276,7 @@ def _main_body(
             "the masks and the splats do not agree on any object; draw the boxes closer around it"
         )
     positions = cloud.means[found].astype(np.float64)
-    if trained:
-        count, body = bodies_of_splats(cloud.select(found), TRAINED_REACH_M)
-    else:
-        count, body = bodies(positions, LINK_REACH_M)
+    count, body = bodies(positions, LINK_REACH_M)
     inside, _ = _sum(votes)
     main = int(np.argmax(np.bincount(body, weights=inside[found], minlength=count)))
     points = np.concatenate([_clicked(view, vote) for view, vote in zip(views, votes, strict=True)])

@@ -41,7 +41,7 @@ NEAREST_M = 0.3
 """Views nearer than this are not preferred to others: they show too little around."""
 
 MIN_SHOWN = 0.3
-"""Share of a ball that a view has to show."""
+"""Share of the points around a place that a view has to show."""
 
 AGREEING = 3
 """Views that have to find a surface in a cell. Measured: with 5 thin legs are lost."""
@@ -106,23 +106,24 @@ def surface_cells(
     cloud: SplatCloud,
     viewpoints: Sequence[ViewPoint],
     *,
-    centre: FloatArray,
-    radius_m: float,
+    around: FloatArray,
+    corners: tuple[FloatArray, FloatArray],
     side_m: float,
     renderer: NativeRenderer,
 ) -> SurfaceCells:
-    """Cells of the surfaces in a cube around a place, half as wide again as a ball there.
+    """Cells of the surfaces in a box around a place.
 
     Args:
         cloud: the whole room, metres.
         viewpoints: of the room; of the pinhole ones up to `MAX_VIEWS`, from all sides and near.
-        centre: (3,) of the ball, world metres.
-        radius_m: of the ball that views are cropped to.
+        around: (K, 3) points that views are cropped to, world metres.
+        corners: lowest and highest (3,) of the box.
         side_m: of a cell, at least; it is as wide as `CELL_PX` pixels of most views, too, or there
             would be holes between cells.
         renderer: draws each view three times.
     """
-    views = _views_around(viewpoints, centre=centre, radius_m=radius_m)
+    centre = (around.min(axis=0) + around.max(axis=0)) / 2
+    views = _views_around(viewpoints, around, centre=centre)
     sights = [
         _sight(cloud, camera, world_from_camera=pose, renderer=renderer) for camera, pose in views
     ]
@@ -130,8 +131,8 @@ def surface_cells(
         ways = [(pose.translation - centre, camera.fx) for camera, pose in views]
         pixels_m = [float(np.linalg.norm(way)) / focal_px for way, focal_px in ways]
         side_m = max(side_m, CELL_PX * float(np.median(pixels_m)))
-    reach = 1.5 * radius_m
-    kept = [(np.abs(places - centre) < reach).all(axis=1) for places, _, _ in sights]
+    low, high = corners
+    kept = [((places > low) & (places < high)).all(axis=1) for places, _, _ in sights]
     if not any(mask.any() for mask in kept):
         none = np.zeros((0, 3))
         return SurfaceCells(none, none, none, np.zeros(0, dtype=np.intp), side_m)
@@ -174,7 +175,14 @@ def links_between(cells: SurfaceCells) -> Links:
     return first, second, np.exp(-(bend**2) - step**2) + MIN_HOLD
 
 
-def splats_of_cells(cloud: SplatCloud, cells: SurfaceCells, *, labels: BoolArray) -> BoolArray:
+def splats_of_cells(
+    cloud: SplatCloud,
+    cells: SurfaceCells,
+    *,
+    labels: BoolArray,
+    within: BoolArray | None = None,
+    far_m: float = FAR_M,
+) -> BoolArray:
     """(N,) the splats that lie at labelled cells rather than at others.
 
     The nearest cells vote, near ones and those that many views see with more weight.
@@ -183,40 +191,41 @@ def splats_of_cells(cloud: SplatCloud, cells: SurfaceCells, *, labels: BoolArray
         cloud: the whole room.
         cells: around an object, and well beyond it.
         labels: (K,) those of the object.
+        within: (N,) splats that nothing but the object's cells may be near to; none if not given.
+        far_m: how far from any cell these may hang to be the object's.
     """
     found = np.zeros(len(cloud), dtype=bool)
     if not labels.any():
         return found
-    far_m = max(FAR_SIDES * cells.side_m, FAR_M)
-    low = cells.places[labels].min(axis=0) - far_m
-    high = cells.places[labels].max(axis=0) + far_m
+    limit_m = np.full(len(cloud), max(FAR_SIDES * cells.side_m, FAR_M))
+    if within is not None:
+        limit_m[within] = np.maximum(limit_m[within], far_m)
+    reach = limit_m.max()
+    low, high = cells.places[labels].min(axis=0) - reach, cells.places[labels].max(axis=0) + reach
     near = np.flatnonzero(((cloud.means > low) & (cloud.means < high)).all(axis=1))
     if not len(near):
         return found
     apart, which = nearest(cloud.means[near], cells.places, count=NEIGHBOURS)
-    votes = np.exp(-((apart / (2.0 * cells.side_m)) ** 2)) * cells.seen_by[which] + 1e-12
+    # Far from all cells the nearest few are equally near.
+    scale = np.maximum(2.0 * cells.side_m, apart[:, :1])
+    votes = np.exp(-((apart / scale) ** 2)) * cells.seen_by[which]
     share = (votes * labels[which]).sum(axis=1) / votes.sum(axis=1)
-    found[near] = (share > 0.5) & (apart[:, 0] <= far_m)
+    found[near] = (share > 0.5) & (apart[:, 0] <= limit_m[near])
     return found
 
 
 def _views_around(
-    viewpoints: Sequence[ViewPoint], *, centre: FloatArray, radius_m: float
+    viewpoints: Sequence[ViewPoint], around: FloatArray, *, centre: FloatArray
 ) -> list[tuple[Pinhole, Pose]]:
-    """Up to `MAX_VIEWS` crops to a ball.
+    """Up to `MAX_VIEWS` crops to points.
 
-    First the one that shows most of it from near, then always the one whose direction differs most
-    from those chosen.
+    First the one that shows most of them from near, then always the one whose direction differs
+    most from those chosen.
     """
-    k = np.arange(200) + 0.5
-    height, turn = 1.0 - k / 100.0, k * np.pi * (3.0 - np.sqrt(5.0))
-    ring = np.sqrt(1.0 - height**2)
-    ball = np.column_stack([ring * np.cos(turn), ring * np.sin(turn), height])
-    ball = centre + 0.8 * radius_m * ball
     found: list[tuple[Pinhole, Pose]] = []
     quality: list[float] = []
     for view in viewpoints:
-        crop = _cropped(view, ball)
+        crop = _cropped(view, around)
         if crop is not None:
             found.append((crop[0], view.world_from_camera))
             away_m = float(np.linalg.norm(view.world_from_camera.translation - centre))
@@ -233,12 +242,12 @@ def _views_around(
     return [found[pick] for pick in picked]
 
 
-def _cropped(view: ViewPoint, ball: FloatArray) -> tuple[Pinhole, float] | None:
+def _cropped(view: ViewPoint, points: FloatArray) -> tuple[Pinhole, float] | None:
     """A view's part around points, and the share of them that it shows; None if too few."""
     camera = view.camera
     if not isinstance(camera, Pinhole):
         return None
-    in_camera = view.world_from_camera.inverse() @ ball
+    in_camera = view.world_from_camera.inverse() @ points
     if (in_camera[:, 2] < 0.05).mean() > 0.02:
         return None
     pixels, _ = camera.project(in_camera[in_camera[:, 2] >= 0.05])

@@ -22,6 +22,7 @@ class MaskedView:
         mask: (H, W) bool.
         box_px: (left, top, right, bottom) that the whole object lies in, if somebody has said so.
         inside_px: (K, 2) points that somebody put on the object.
+        outside_px: (K, 2) points that somebody put beside it.
 
     Raises:
         ValueError: the mask is not of the camera's size.
@@ -33,6 +34,7 @@ class MaskedView:
     mask: NDArray[np.bool_]
     box_px: tuple[float, float, float, float] | None = None
     inside_px: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2)))
+    outside_px: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2)))
 
     def __post_init__(self) -> None:
         wanted = (self.camera.height_px, self.camera.width_px)

@@ -79,8 +79,9 @@ def _mask(
             # Colours separate nothing here; the box still says where.
             mask = box
     return MaskedView(
-        view.name, view.camera, view.world_from_camera, mask, prompt.box_px, prompt.inside_px
-    )
+        view.name, view.camera, view.world_from_camera, mask,
+        prompt.box_px, prompt.inside_px, prompt.outside_px,
+    )  # fmt: skip
 
 
 def _within(box_px: tuple[float, float, float, float], shape: tuple[int, ...]) -> NDArray[np.bool_]:

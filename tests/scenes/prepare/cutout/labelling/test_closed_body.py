@@ -84,9 +84,10 @@ def test_a_click_on_nothing_names_the_view(room, renderer):
 
 def test_links_hold_on_faces_and_hardly_where_the_box_stands(room, renderer):
     cloud, own, size = room
+    reach = 1.5 * size.max()
     cells = surface_cells(
-        cloud, viewpoints(size), centre=np.array([0, 0, size[2] / 2]),
-        radius_m=float(size.max()), side_m=STEP_M, renderer=renderer,
+        cloud, viewpoints(size), around=cloud.means[own].astype(np.float64),
+        corners=(np.full(3, -reach), np.full(3, reach)), side_m=STEP_M, renderer=renderer,
     )  # fmt: skip
     assert np.abs(np.linalg.norm(cells.normals, axis=1) - 1.0).max() < 1e-6
     first, second, strength = links_between(cells)
@@ -107,7 +108,8 @@ def test_links_hold_on_faces_and_hardly_where_the_box_stands(room, renderer):
 
 
 def test_no_view_sees_the_place(room, renderer):
+    corners = (np.full(3, -1.0), np.full(3, 1.0))
     cells = surface_cells(
-        room[0], [], centre=np.zeros(3), radius_m=1.0, side_m=0.02, renderer=renderer
+        room[0], [], around=np.zeros((1, 3)), corners=corners, side_m=0.02, renderer=renderer
     )
     assert len(cells) == 0

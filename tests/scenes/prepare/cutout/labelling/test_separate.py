@@ -6,7 +6,6 @@ import pytest
 from benchmarks.raster.reference.renderer import ReferenceRenderer
 from scenes.cameras import Pinhole
 from scenes.frames import look_at
-from scenes.package.records import ViewPoint
 from scenes.pose import Pose
 from scenes.prepare.cutout.labelling.separate import separate
 from scenes.prepare.cutout.marks.masked_view import MaskedView
@@ -180,36 +179,3 @@ def test_votes_are_the_blend_weights_of_the_definition(room):
         weight = picture.rgb[..., 0]
         np.testing.assert_allclose(vote.seen[k], weight.sum(), rtol=2e-3, atol=1e-3)
         np.testing.assert_allclose(vote.inside[k], weight[mask].sum(), rtol=2e-3, atol=1e-3)
-
-
-@pytest.fixture(scope="module")
-def laptop():
-    """The splats of a floor (0) and of an open laptop on it (1): its base within the floor's
-    thickness, its lid upright."""
-    rng = np.random.default_rng(8)
-    grey, dark = (0.2, 0.21, 0.25), (0.15, 0.16, 0.2)
-    floor = face((-1, -1, 0), (2, 0, 0), (0, 2, 0), (0.7, 0.65, 0.6), rng)
-    beside = (np.abs(floor.means[:, :2]) > (0.13, 0.18)).any(axis=1)
-    parts = [
-        floor.select(beside),
-        face((-0.13, -0.18, 0.01), (0.26, 0, 0), (0, 0.36, 0), grey, rng),
-        face((-0.13, -0.18, 0.01), (0, 0.36, 0), (0, 0, 0.26), dark, rng),
-    ]
-    truth = np.concatenate([np.full(len(part), k > 0) for k, part in enumerate(parts)])
-    return concatenate(parts), truth
-
-
-def test_an_open_laptops_base_is_no_foot(laptop, renderer):
-    """What is low and large is heeded in the masks, though the object is tall."""
-    cloud, truth = laptop
-    eyes = [np.array([0.9 * np.cos(a), 0.9 * np.sin(a), 0.7]) for a in np.linspace(-1.3, 1.3, 9)]
-    poses = [look_at(eye, np.array([0.0, 0.0, 0.1])) for eye in eyes]
-    viewpoints = [ViewPoint(f"v{k}", CAMERA, pose) for k, pose in enumerate(poses)]
-    views = []
-    for k in (0, 4, 8):
-        mask = share(cloud, truth, CAMERA, poses[k], renderer=renderer) > 0.5
-        views.append(MaskedView(f"v{k}", CAMERA, poses[k], mask))
-    found = separate(cloud, views, renderer=renderer, viewpoints=viewpoints)
-    low = truth & (cloud.means[:, 2] < 0.03)
-    assert found.labels[low].mean() > 0.95
-    assert iou(found.labels, truth) > 0.9
