@@ -1,1 +1,1 @@
-"""Which splats are the object: by surfaces that many photos agree about, or by votes of few views."""
+"""Which splats are the object: by surfaces that photos agree about, or by votes of few views."""
