@@ -7,6 +7,7 @@ import { COLOURS } from "shared/colours.js";
 import { OwnHands } from "shared/own_hands.js";
 import { Detail } from "shared/detail.js";
 import { Sharpness } from "shared/sharpness.js";
+import { Asked } from "live/asked.js";
 import { Board } from "live/board.js";
 import { Headset } from "live/headset.js";
 import { LiveRoom } from "live/live_room.js";
@@ -66,6 +67,7 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
       else notice("They show no body at the moment.");
     },
   });
+  const asked = new Asked(link, byId("asked"), byId("asks").content);
   const media = new Media({ link, people, surfaces, panel, room, changed, notice });
   let you = null;
   let isLoaded = false;
@@ -87,6 +89,7 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
       things.takeWhole(you, message.state);
       take.people(message);
       media.welcome(message);
+      asked.begin(message.role);
       showObjects();
     },
     rights(message) {
@@ -210,6 +213,7 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
   };
 
   function onKey(event) {
+    if (event.target.closest?.("#asked")) return;
     fast = event.shiftKey;
     const isUndo = event.code === "KeyZ" && (event.ctrlKey || event.metaKey);
     if (isUndo && !byId("undo").hidden) board.undo();
