@@ -329,7 +329,7 @@ class HeadsetClient:
         """Send lines as they grow, for ever."""
         while True:
             if self._faults().shows_body:
-                for line in person.new_lines(self._here_s()):
+                for line in person.new_things(self._here_s()):
                     await connection.send(line)
             await asyncio.sleep(1.0 / DRAW_HZ)
 

@@ -102,7 +102,7 @@ def measured(
         Measure("duration_s", ended.duration_s),
         Measure("completed", float(ended.ended_by in ("reached", "said"))),
     ]
-    found += moving_measures(seen)
+    found += moving_measures(seen, ends_at_rest=ended.ended_by in ("reached", "said"))
     found += putting_measures(seen)
     found += attending_measures(seen, radii)
     found += end_measures(seen, goal)
@@ -144,12 +144,17 @@ def gathered(values: Iterable[RecordedValue], ended: Ended) -> Seen:
     return seen
 
 
-def moving_measures(seen: Seen) -> list[Measure]:
-    """Return how often objects were moved, and moved again."""
+def moving_measures(seen: Seen, *, ends_at_rest: bool) -> list[Measure]:
+    """Return how often objects were moved, and moved again.
+
+    Args:
+        seen: of the trial.
+        ends_at_rest: whether everything rests where it is at the end: the task was done by then.
+    """
     found: list[Measure] = []
     moves_of: dict[str, int] = {}
     for name, rows in seen.tracks.items():
-        moves_of[name] = moves(rows, first=seen.before.get(name))
+        moves_of[name] = moves(rows, first=seen.before.get(name), ends_at_rest=ends_at_rest)
         found.append(Measure("object_moves", float(moves_of[name]), name))
         sure = np.mean([not is_flagged for _, _, is_flagged in rows])
         found.append(Measure("object_sure_share", float(sure), name))
@@ -159,12 +164,18 @@ def moving_measures(seen: Seen) -> list[Measure]:
     return found
 
 
-def moves(rows: Iterable[tuple[int, Pose, bool]], *, first: Pose | None = None) -> int:
+def moves(
+    rows: Iterable[tuple[int, Pose, bool]],
+    *,
+    first: Pose | None = None,
+    ends_at_rest: bool = False,
+) -> int:
     """Return how often an object came to rest elsewhere than it had rested before.
 
     Args:
         rows: time in ns, pose, and whether it is doubted; doubted poses are no rest.
         first: where it rested before; None for where it is first.
+        ends_at_rest: whether it rests where it is last.
     """
     rested, count = first, 0
     since_ns, at = 0, None
@@ -179,6 +190,8 @@ def moves(rows: Iterable[tuple[int, Pose, bool]], *, first: Pose | None = None) 
         is_at_rest = t_ns - since_ns >= RESTS_S * 1e9
         if is_at_rest and _is_apart(rested, at, m=MOVED_M, rad=MOVED_RAD):
             rested, count = at, count + 1
+    if ends_at_rest and at is not None and rested is not None:
+        count += _is_apart(rested, at, m=MOVED_M, rad=MOVED_RAD)
     return count
 
 

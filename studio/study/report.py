@@ -1,4 +1,4 @@
-"""The report of a study: what was measured and answered, tested, with the paper's figures beside."""
+"""The report of a study: measures and answers, tested, with the paper's figures beside."""
 
 from __future__ import annotations
 

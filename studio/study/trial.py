@@ -6,14 +6,18 @@ from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Protocol
 
 from devices.clock import Clock
+from devices.hub.entry.tokens import Tokens
 from devices.hub.server import Hub
 from scenes.opening import open_scene
 from scenes.package import ScenePackage
 from scenes.pose import Pose
 from scenes.render.native import NativeRenderer
 from scenes.state import SceneState
+from sim.headset.scripted import scripts_of
+from sim.scenarios.scenario import load_scenario
 from studio.live.live import LiveSession
 from studio.live.locating import RoomLocator
 from studio.live.people.crowd import Crowd
@@ -43,6 +47,26 @@ FILM_SIZE, FILM_FPS = "1440x720", 10.0
 Say = Callable[[str], None]
 
 
+def with_film(session: LiveSession, task: Task, *, target: Path, stack: ExitStack) -> None:
+    """Let a simulated camera show what the people of a task's scenario do until the stack is left.
+
+    Raises:
+        ValueError: the camera has ended by itself, or takes too long.
+    """
+    seconds = load_scenario(task.scenario).duration_s
+    feed = SimulatedFeed(task.scene, task.scenario, 0, seconds, size=FILM_SIZE, fps=FILM_FPS)
+    rehearsed = RehearsedLive(session, feed, truth=target / "truth.jsonl", seconds=None)
+    stack.enter_context(rehearsed).wait_for_stream(_drop)
+
+
+class Films(Protocol):
+    """Lets a camera show what a task's people do until the stack is left."""
+
+    def __call__(self, session: LiveSession, task: Task, *, target: Path, stack: ExitStack) -> None:
+        """Begin; the session's receiver is listening, or about to."""
+        ...
+
+
 @dataclass(frozen=True, slots=True)
 class Stage:
     """What a trial is played on.
@@ -53,6 +77,7 @@ class Stage:
         clock: session time.
         limit_s: in place of the task's own; None for that.
         is_rehearsed: whether a simulated camera and simulated people of the task's scenario do it.
+        films: lets a camera show what the people of a rehearsed task's scenario do.
         opened: opens a scene by its name.
         say: takes a line for the experimenter.
     """
@@ -62,6 +87,7 @@ class Stage:
     clock: Clock
     limit_s: float | None = None
     is_rehearsed: bool = False
+    films: Films = with_film
     opened: Callable[[str], ScenePackage] = open_scene
     say: Say = print
 
@@ -178,7 +204,8 @@ def play_trial(folder: StudyFolder, trial: Trial, stage: Stage) -> Ended | None:
         )
         director = Director(task, asking, note=people.note, end=session.end)
         if stage.is_rehearsed:
-            _rehearse(session, hub, task, stage=stage, stack=stack, target=target)
+            stage.films(session, task, target=target, stack=stack)
+            with_people(session, hub, task, stage=stage, stack=stack)
         else:
             _invite(hub, session, stage)
         result = _played(session, director)
@@ -237,24 +264,14 @@ def _invite(hub: Hub, session: LiveSession, stage: Stage) -> None:
         stage.say(f"enter in the camera: {session.status().listening_at}")
 
 
-def _rehearse(
-    session: LiveSession, hub: Hub, task: Task, *, stage: Stage, stack: ExitStack, target: Path
+def with_people(
+    session: LiveSession, hub: Hub, task: Task, *, stage: Stage, stack: ExitStack
 ) -> None:
-    """Let a simulated camera and the scenario's people take part until the stack is left."""
-    from devices.hub.entry.tokens import Tokens
-    from sim.headset.scripted import scripts_of
-    from sim.scenarios.scenario import load_scenario
-
-    scenario = load_scenario(task.scenario)
-    feed = SimulatedFeed(
-        task.scene, task.scenario, 0, scenario.duration_s, size=FILM_SIZE, fps=FILM_FPS
-    )
-    rehearsed = RehearsedLive(session, feed, truth=target / "truth.jsonl", seconds=None)
-    stack.enter_context(rehearsed).wait_for_stream(stage.say)
+    """Let the remote people of a task's scenario take part until the stack is left."""
     crowd = Crowd(
         hub,
         lambda: session.status().live_s,
-        clients=len(scripts_of(scenario)),
+        clients=len(scripts_of(load_scenario(task.scenario))),
         seconds=None,
         clock=stage.clock,
         tokens=Tokens(),
