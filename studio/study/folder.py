@@ -21,8 +21,8 @@ ANSWERS, CONSENTS, TRIALS = "answers.jsonl", "consent.jsonl", "trials"
 TRIAL_FILE, RECORDING = "trial.json", "live.mcap"
 """Names in the folder of a trial."""
 
-HOWS = ("page", "paper")
-"""Ways in which something was answered."""
+HOWS = ("page", "paper", "simulated")
+"""Ways in which something was answered: in the browser, on paper, by a simulated person."""
 
 DIGEST_CHARACTERS = 16
 """Of the digest of the text that was agreed to: enough to tell two texts apart."""

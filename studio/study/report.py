@@ -113,7 +113,7 @@ def measure_sections(
     tests = _family(found, seed=folder.study.seed)
     return [
         _section(
-            name.replace("_share", "").replace("_", " ").strip(),
+            measure_title(name),
             values,
             tests[name],
             meaning=f"{MEASURES[name].meaning}"
@@ -124,6 +124,13 @@ def measure_sections(
         )
         for name, values in found.items()
     ]
+
+
+def measure_title(name: str) -> str:
+    """Return a measure's name in words, without its unit."""
+    for ending in ("_share", "_s", "_cm", "_deg", "_m"):
+        name = name.removesuffix(ending)
+    return name.replace("_ms_p", ", percentile ").replace("_", " ")
 
 
 def score_sections(folder: StudyFolder, tables: Tables) -> list[Section]:

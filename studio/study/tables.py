@@ -79,7 +79,7 @@ KEYS: Mapping[str, Column] = {
     "questionnaire": Column("", "name of the questionnaire"),
     "item": Column("", "name of the item, see the questionnaire"),
     "value": Column("", "the answer as it was given, or the score"),
-    "how": Column("", "page (in the browser) or paper"),
+    "how": Column("", "page (in the browser), paper, or simulated: no data of a study"),
     "score": Column("", "name of the score; sus 0..100, tlx 0..100, presence means of its items"),
 }
 """Columns that say of what a row is."""

@@ -47,7 +47,9 @@ FILM_SIZE, FILM_FPS = "1440x720", 10.0
 Say = Callable[[str], None]
 
 
-def with_film(session: LiveSession, task: Task, *, target: Path, stack: ExitStack) -> None:
+def with_film(
+    session: LiveSession, task: Task, *, target: Path, stack: ExitStack, say: Say
+) -> None:
     """Let a simulated camera show what the people of a task's scenario do until the stack is left.
 
     Raises:
@@ -56,7 +58,7 @@ def with_film(session: LiveSession, task: Task, *, target: Path, stack: ExitStac
     seconds = load_scenario(task.scenario).duration_s
     feed = SimulatedFeed(task.scene, task.scenario, 0, seconds, size=FILM_SIZE, fps=FILM_FPS)
     rehearsed = RehearsedLive(session, feed, truth=target / "truth.jsonl", seconds=None)
-    stack.enter_context(rehearsed).wait_for_stream(_drop)
+    stack.enter_context(rehearsed).wait_for_stream(say)
 
 
 class Films(Protocol):
@@ -180,7 +182,8 @@ def play_trial(folder: StudyFolder, trial: Trial, stage: Stage) -> Ended | None:
         task = replace(task, limit_s=stage.limit_s)
     target.mkdir(parents=True, exist_ok=True)
     scene, renderer = stage.opened(task.scene), NativeRenderer()
-    asking = Asking(steps_of(folder, trial), _keeper(folder, trial))
+    how = "simulated" if stage.is_rehearsed else "page"
+    asking = Asking(steps_of(folder, trial), _keeper(folder, trial, how=how))
     with ExitStack() as stack:
         hub = stack.enter_context(
             hosted(stage.hosting, scene, clock=stage.clock, say=_drop, asks=NOW, more=asking.assets)
@@ -204,7 +207,7 @@ def play_trial(folder: StudyFolder, trial: Trial, stage: Stage) -> Ended | None:
         )
         director = Director(task, asking, note=people.note, end=session.end)
         if stage.is_rehearsed:
-            stage.films(session, task, target=target, stack=stack)
+            stage.films(session, task, target=target, stack=stack, say=stage.say)
             with_people(session, hub, task, stage=stage, stack=stack)
         else:
             _invite(hub, session, stage)
@@ -239,12 +242,14 @@ def _played(session: LiveSession, director: Director) -> LiveResult:
     return session.run(watch)
 
 
-def _keeper(folder: StudyFolder, trial: Trial) -> Callable[[Step, Mapping[str, str]], None]:
+def _keeper(
+    folder: StudyFolder, trial: Trial, *, how: str
+) -> Callable[[Step, Mapping[str, str]], None]:
     """Return what keeps a participant's answers."""
 
     def keep(step: Step, answers: Mapping[str, str]) -> None:
         if step.kind is StepKind.CONSENT:
-            folder.agree(trial.participant, how="page")
+            folder.agree(trial.participant, how=how)
         elif step.questionnaire is not None:
             name = step.questionnaire.name
             is_first = any(
@@ -252,7 +257,7 @@ def _keeper(folder: StudyFolder, trial: Trial) -> Callable[[Step, Mapping[str, s
                 for asked in folder.study.asked
             )
             after = "" if is_first else trial.name
-            folder.keep_answers(Answers(trial.participant, after, name, "page", answers))
+            folder.keep_answers(Answers(trial.participant, after, name, how, answers))
 
     return keep
 

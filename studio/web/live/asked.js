@@ -98,6 +98,9 @@ function question(item) {
   const group = made("fieldset", {}, made("legend", { textContent: item.text }));
   group.dataset.item = item.name;
   const name = `asked-${item.name}`;
+  for (const kind of ["input", "change"]) {
+    group.addEventListener(kind, () => group.classList.remove("missing"));
+  }
   if (item.kind === "text") group.append(made("textarea", { name, rows: 3, maxLength: 4000 }));
   else if (item.kind === "number") {
     group.append(made("input", { name, inputMode: "numeric", maxLength: 6, size: 6 }));

@@ -44,9 +44,14 @@ def stage(rooms, acting, monkeypatch):
     begun = threading.Event()
 
     class Seen(Director):
+        def __init__(self, *args, **options):
+            super().__init__(*args, **options)
+            begun.clear()
+
         def see(self, state, t_ns):
             super().see(state, t_ns)
-            (begun.clear if self.begun_ns is None else begun.set)()
+            if self.begun_ns is not None:
+                begun.set()
 
     monkeypatch.setattr(trial, "Director", Seen)
     monkeypatch.setattr(
@@ -56,7 +61,7 @@ def stage(rooms, acting, monkeypatch):
     )
     clock = WallClock()
 
-    def films(session, _task, *, target, stack):
+    def films(session, _task, *, target, stack, say):
         deadline = time.monotonic() + 5
         while not session.status().listening_at and time.monotonic() < deadline:
             time.sleep(0.02)
