@@ -64,7 +64,9 @@ def with_film(
 class Films(Protocol):
     """Lets a camera show what a task's people do until the stack is left."""
 
-    def __call__(self, session: LiveSession, task: Task, *, target: Path, stack: ExitStack) -> None:
+    def __call__(
+        self, session: LiveSession, task: Task, *, target: Path, stack: ExitStack, say: Say
+    ) -> None:
         """Begin; the session's receiver is listening, or about to."""
         ...
 
