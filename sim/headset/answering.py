@@ -45,7 +45,7 @@ async def answer_all(
     while True:
         await asyncio.sleep(LOOK_S)
         try:
-            asked = await _asked(http, address, token())
+            asked = await _asked(http, address, token=token())
             if asked is None or asked["kind"] == "thanks":
                 return forms
             if asked["kind"] == "task" or asked["step"] == done:
@@ -53,9 +53,8 @@ async def answer_all(
             await asyncio.sleep(THINK_S)
             answers = {"agree": "yes"} if asked["kind"] == "consent" else {}
             answers |= {item["name"]: answer(item, rng) for item in asked["items"]}
-            if await _send(
-                http, address, token(), body={"step": asked["step"], "answers": answers}
-            ):
+            body = {"step": asked["step"], "answers": answers}
+            if await _send(http, address, token=token(), body=body):
                 done = int(asked["step"])
                 forms += asked["kind"] == "form"
         except (aiohttp.ClientError, TimeoutError, OSError):
@@ -79,7 +78,7 @@ def answer(item: dict[str, Any], rng: np.random.Generator) -> str:
 
 
 async def _asked(
-    http: aiohttp.ClientSession, address: HubAddress, token: str
+    http: aiohttp.ClientSession, address: HubAddress, *, token: str
 ) -> dict[str, Any] | None:
     """Return what is asked now; None where no study is going on."""
     headers = {"Authorization": f"Bearer {token}"}
@@ -88,7 +87,7 @@ async def _asked(
 
 
 async def _send(
-    http: aiohttp.ClientSession, address: HubAddress, token: str, *, body: dict[str, Any]
+    http: aiohttp.ClientSession, address: HubAddress, *, token: str, body: dict[str, Any]
 ) -> bool:
     headers = {"Authorization": f"Bearer {token}"}
     async with http.post(address.at(TAKEN), headers=headers, json=body) as said:

@@ -53,7 +53,7 @@ def judged(goal: Goal, poses: Mapping[str, Pose]) -> Reached | None:
     targets = goal.targets
     if goal.kind is GoalKind.SAID or any(t.object_id not in poses for t in targets):
         return None
-    ways = [_way(goal, targets, poses, order=order) for order in _orders(targets)]
+    ways = [_way(goal, poses, order=order) for order in _orders(targets)]
     return max(ways, key=lambda way: (way.there, -sum(way.off_m.values())))
 
 
@@ -81,9 +81,8 @@ def _orders(targets: Sequence[Target]) -> Iterator[tuple[int, ...]]:
         yield tuple(order)
 
 
-def _way(
-    goal: Goal, targets: Sequence[Target], poses: Mapping[str, Pose], *, order: tuple[int, ...]
-) -> Reached:
+def _way(goal: Goal, poses: Mapping[str, Pose], *, order: tuple[int, ...]) -> Reached:
+    targets = goal.targets
     standing = [poses[targets[other].object_id] for other in order]
     places = np.array([pose.translation[:2] for pose in standing])
     yaws = np.array([pose.yaw() for pose in standing])

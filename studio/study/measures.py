@@ -17,12 +17,12 @@ from devices.recorded.people import (
 )
 from devices.recording import read_recording
 from devices.recording_codec import FrameStamp, RecordedTrack, RecordedValue
-from scenes.attention import Sphere, attention_of
 from scenes.pose import Pose
 from scenes.state import Avatar, ObjectModel, is_there
 from studio.study.folder import Ended
 from studio.study.goals import judged
 from studio.study.plan import Goal
+from studio.view.attention import Sphere, attention_of
 
 MOVED_M, MOVED_RAD = 0.05, float(np.radians(10.0))
 """How far an object must have gone, or turned, between two rests to have been moved: what somebody
@@ -56,7 +56,7 @@ class Measure:
 
 @dataclass(slots=True)
 class Seen:
-    """What a recording has of a trial, between its begin and its end.
+    """Content of a recording between the begin and the end of a trial.
 
     Attributes:
         tracks: time in ns, pose and whether it is doubted, by object.
@@ -82,7 +82,7 @@ class Seen:
 
 
 def measured(
-    recording: Path, ended: Ended, goal: Goal, *, models: Iterable[ObjectModel]
+    recording: Path, ended: Ended, *, goal: Goal, models: Iterable[ObjectModel]
 ) -> tuple[Measure, ...]:
     """Return the measures of a trial.
 

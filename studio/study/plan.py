@@ -11,7 +11,13 @@ from pathlib import Path
 
 from scenes.state import STANDS_WITHIN_M, STANDS_WITHIN_RAD
 from sim.tables import ScenarioError, Table
-from studio.study.questionnaires import Questionnaire, known_questionnaire, read_questionnaire
+from studio.study.questionnaires import (
+    KINDS,
+    MAX_ITEMS,
+    Item,
+    Questionnaire,
+    known_questionnaire,
+)
 
 STUDY_FILE = "study.toml"
 """Name of the description in a study's folder."""
@@ -75,7 +81,7 @@ class Target:
 
 @dataclass(frozen=True, slots=True)
 class Goal:
-    """What has to be reached.
+    """An arrangement that has to be reached.
 
     Attributes:
         kind: how it is known.
@@ -117,7 +123,7 @@ class Task:
 
 @dataclass(frozen=True, slots=True)
 class Condition:
-    """What is varied between tasks of one participant.
+    """A way in which participants see the room.
 
     Attributes:
         condition_id: unique in the study.
@@ -227,7 +233,7 @@ def parse_study(text: str, *, source: str) -> Study:
     except tomllib.TOMLDecodeError as error:
         raise ScenarioError(f"{source}: not TOML: {error}") from None
     table = Table(values, source, "")
-    own = tuple(read_questionnaire(each) for each in table.tables("questionnaires"))
+    own = tuple(_questionnaire(each) for each in table.tables("questionnaires"))
     consent = table.table("consent")
     study = Study(
         title=table.text("title"),
@@ -322,6 +328,51 @@ def _asked(table: Table, own: tuple[Questionnaire, ...]) -> Asked:
         raise table.error("when", when, f"one of {', '.join(When)}")
     table.done()
     return Asked(found, When(when))
+
+
+def _questionnaire(table: Table) -> Questionnaire:
+    """Return a study's own questionnaire.
+
+    Raises:
+        ScenarioError: a key or value is wrong.
+    """
+    name = table.text("id")
+    items = table.tables("items")
+    if not 1 <= len(items) <= MAX_ITEMS:
+        raise table.error("items", len(items), f"1..{MAX_ITEMS} of them")
+    found = Questionnaire(
+        name,
+        table.text("title", name),
+        table.optional_text("lead") or "",
+        tuple(_item(each) for each in items),
+        table.optional_text("source") or "",
+    )
+    names = [item.name for item in found.items]
+    twice = sorted({each for each in names if names.count(each) > 1})
+    if twice:
+        raise table.error("items", twice[0], "a different id for each")
+    table.done()
+    return found
+
+
+def _item(table: Table) -> Item:
+    kind = table.text("kind", "likert")
+    if kind not in KINDS:
+        raise table.error("kind", kind, f"one of {', '.join(KINDS)}")
+    item = Item(
+        table.text("id"),
+        table.text("text"),
+        kind,
+        table.integer("points", 5, low=2, high=11),
+        table.optional_text("low") or "",
+        table.optional_text("high") or "",
+        table.texts("options"),
+        table.text("needed", "yes") == "yes",
+    )
+    if (item.kind == "choice") is not bool(item.options):
+        raise table.error("options", item.options, "some of a choice, and of nothing else")
+    table.done()
+    return item
 
 
 def _check_ids(ids: list[str], where: str, *, is_needed: bool) -> None:

@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
 
-from sim.tables import Table
-
 MAX_ITEMS = 60
 """Items of one questionnaire, chosen: three times NASA-TLX with its pairs."""
 
@@ -185,74 +183,61 @@ PRESENCE = Questionnaire(
     "presence",
     "Presence",
     "Think of the place that you have just been in.",
-    (
-        Item(
-            "P1",
-            "Please rate your sense of being in the place.",
-            points=7,
-            low="not at all",
-            high="as in a real place",
-        ),
-        Item(
-            "P2",
-            "To what extent were there times during the experience when the place was the reality "
-            "for you?",
-            points=7,
-            low="at no time",
-            high="almost all the time",
-        ),
-        Item(
-            "P3",
-            "When you think back about the experience, do you think of the place more as images "
-            "that you saw, or more as somewhere that you visited?",
-            points=7,
-            low="images that I saw",
-            high="somewhere that I visited",
-        ),
-        Item(
-            "P4",
-            "During the experience, which was strongest on the whole: your sense of being in the "
-            "place, or of being elsewhere?",
-            points=7,
-            low="being elsewhere",
-            high="being in the place",
-        ),
-        Item(
-            "P5",
-            "How similar is your memory of the place to your memories of other places where you "
-            "have been today?",
-            points=7,
-            low="not at all",
-            high="very much so",
-        ),
-        Item(
-            "P6",
-            "During the experience, did you often think to yourself that you were actually in the "
-            "place?",
-            points=7,
-            low="not very often",
-            high="very much so",
-        ),
+    tuple(
+        Item(f"P{k}", text, points=7, low=low, high=high)
+        for k, (text, low, high) in enumerate(
+            (
+                (
+                    "Please rate your sense of being in the place.",
+                    "not at all",
+                    "as in a real place",
+                ),
+                (
+                    "To what extent were there times during the experience when the place was the "
+                    "reality for you?",
+                    "at no time",
+                    "almost all the time",
+                ),
+                (
+                    "When you think back about the experience, do you think of the place more as "
+                    "images that you saw, or more as somewhere that you visited?",
+                    "images that I saw",
+                    "somewhere that I visited",
+                ),
+                (
+                    "During the experience, which was strongest on the whole: your sense of being "
+                    "in the place, or of being elsewhere?",
+                    "being elsewhere",
+                    "being in the place",
+                ),
+                (
+                    "How similar is your memory of the place to your memories of other places "
+                    "where you have been today?",
+                    "not at all",
+                    "very much so",
+                ),
+                (
+                    "During the experience, did you often think to yourself that you were actually "
+                    "in the place?",
+                    "not very often",
+                    "very much so",
+                ),
+            ),
+            start=1,
+        )
     ),
     "after Slater, Usoh and Steed 1994",
 )
 """The presence questionnaire of Slater, Usoh and Steed on its own seven points, the office of its
 wording replaced by 'the place'."""
 
+_LOW_HIGH = ("very low", "very high")
+"""Ends of most scales of NASA-TLX."""
+
 TLX_SCALES: Mapping[str, tuple[str, str, str, str]] = {
-    "mental": ("Mental demand", "How mentally demanding was the task?", "very low", "very high"),
-    "physical": (
-        "Physical demand",
-        "How physically demanding was the task?",
-        "very low",
-        "very high",
-    ),
-    "temporal": (
-        "Temporal demand",
-        "How hurried or rushed was the pace of the task?",
-        "very low",
-        "very high",
-    ),
+    "mental": ("Mental demand", "How mentally demanding was the task?", *_LOW_HIGH),
+    "physical": ("Physical demand", "How physically demanding was the task?", *_LOW_HIGH),
+    "temporal": ("Temporal demand", "How hurried or rushed was the pace of the task?", *_LOW_HIGH),
     "performance": (
         "Performance",
         "How successful were you in accomplishing what you were asked to do?",
@@ -262,23 +247,22 @@ TLX_SCALES: Mapping[str, tuple[str, str, str, str]] = {
     "effort": (
         "Effort",
         "How hard did you have to work to accomplish your level of performance?",
-        "very low",
-        "very high",
+        *_LOW_HIGH,
     ),
     "frustration": (
         "Frustration",
         "How insecure, discouraged, irritated, stressed and annoyed were you?",
-        "very low",
-        "very high",
+        *_LOW_HIGH,
     ),
 }
 """Scales of NASA-TLX: title, question and ends. Performance runs from perfect to failure: high is
 more load in all of them."""
 
-_TLX_ITEMS = tuple(
+TLX_ITEMS = tuple(
     Item(name, f"{title}: {text}", "scale", low=low, high=high)
     for name, (title, text, low, high) in TLX_SCALES.items()
 )
+"""The scales as items."""
 
 TLX_PAIRS = tuple(combinations(TLX_SCALES, 2))
 """The fifteen pairs by which its scales are weighed."""
@@ -287,7 +271,7 @@ TLX = Questionnaire(
     "tlx",
     "Task load (NASA-TLX)",
     "Think of the task that you have just done.",
-    _TLX_ITEMS,
+    TLX_ITEMS,
     "Hart and Staveland 1988; unweighted ('raw TLX')",
 )
 """NASA-TLX without weighing."""
@@ -298,7 +282,7 @@ TLX_WEIGHED = Questionnaire(
     "Think of the task that you have just done. Of each pair at the end, choose what contributed "
     "more to the load of the task.",
     (
-        *_TLX_ITEMS,
+        *TLX_ITEMS,
         *(
             Item(
                 f"{one}-{other}",
@@ -374,48 +358,3 @@ KNOWN: Mapping[str, Questionnaire] = {
 def known_questionnaire(name: str) -> Questionnaire | None:
     """Return one that comes along; None where there is none of that name."""
     return KNOWN.get(name)
-
-
-def read_questionnaire(table: Table) -> Questionnaire:
-    """Return a study's own questionnaire.
-
-    Raises:
-        ScenarioError: a key or value is wrong.
-    """
-    name = table.text("id")
-    items = table.tables("items")
-    if not 1 <= len(items) <= MAX_ITEMS:
-        raise table.error("items", len(items), f"1..{MAX_ITEMS} of them")
-    found = Questionnaire(
-        name,
-        table.text("title", name),
-        table.optional_text("lead") or "",
-        tuple(_read_item(each) for each in items),
-        table.optional_text("source") or "",
-    )
-    names = [item.name for item in found.items]
-    twice = sorted({each for each in names if names.count(each) > 1})
-    if twice:
-        raise table.error("items", twice[0], "a different id for each")
-    table.done()
-    return found
-
-
-def _read_item(table: Table) -> Item:
-    kind = table.text("kind", "likert")
-    if kind not in KINDS:
-        raise table.error("kind", kind, f"one of {', '.join(KINDS)}")
-    item = Item(
-        table.text("id"),
-        table.text("text"),
-        kind,
-        table.integer("points", 5, low=2, high=11),
-        table.optional_text("low") or "",
-        table.optional_text("high") or "",
-        table.texts("options"),
-        table.text("needed", "yes") == "yes",
-    )
-    if (item.kind == "choice") is not bool(item.options):
-        raise table.error("options", item.options, "some of a choice, and of nothing else")
-    table.done()
-    return item

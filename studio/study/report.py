@@ -88,7 +88,7 @@ def study_report(folder: StudyFolder, tables: Tables) -> str:
         trials=tables.trials,
         rehearsed=sum(row["rehearsed"] == "1" for row in tables.trials),
         tasks=[
-            (task, measure_sections(folder, tables, task.task_id, names=TESTED))
+            (task, measure_sections(folder, tables, task_id=task.task_id, names=TESTED))
             for task in study.tasks
         ],
         scores=score_sections(folder, tables),
@@ -100,7 +100,7 @@ def study_report(folder: StudyFolder, tables: Tables) -> str:
 
 
 def measure_sections(
-    folder: StudyFolder, tables: Tables, task_id: str, *, names: Iterable[str]
+    folder: StudyFolder, tables: Tables, *, task_id: str, names: Iterable[str]
 ) -> list[Section]:
     """Return measures of a task by condition, tested as one family."""
     found: dict[str, Values] = {}
@@ -115,7 +115,7 @@ def measure_sections(
         _section(
             measure_title(name),
             values,
-            tests[name],
+            tests=tests[name],
             meaning=f"{MEASURES[name].meaning}"
             + (f" ({MEASURES[name].unit})" if MEASURES[name].unit else ""),
             unit=MEASURES[name].unit,
@@ -149,7 +149,7 @@ def score_sections(folder: StudyFolder, tables: Tables) -> list[Section]:
         _section(
             SCORE_NAMES.get(name, name),
             values,
-            tests[name],
+            tests=tests[name],
             meaning="",
             unit="",
             better=BETTER.get(name, "none"),
@@ -223,8 +223,8 @@ def _family(found: Mapping[str, Values], *, seed: int) -> dict[str, list[Compare
 def _section(
     name: str,
     values: Values,
-    tests: Sequence[Compared],
     *,
+    tests: Sequence[Compared],
     meaning: str,
     unit: str,
     better: str,

@@ -128,12 +128,12 @@ def compared(
     table = np.array([[values[c][p] for c in conditions] for p in people], dtype=np.float64)
     table = table.reshape(len(people), len(conditions))
     if len(conditions) == 2:
-        return (_two(name, conditions, table, seed=seed),)
+        return (_two(name, table, conditions=conditions, seed=seed),)
     pairs = [
-        _two(name, (conditions[a], conditions[b]), table[:, [a, b]], seed=seed)
+        _two(name, table[:, [a, b]], conditions=(conditions[a], conditions[b]), seed=seed)
         for a, b in combinations(range(len(conditions)), 2)
     ]
-    return (_many(name, conditions, table, seed=seed), *with_holm(pairs))
+    return (_many(name, table, conditions=conditions, seed=seed), *with_holm(pairs))
 
 
 def with_holm(family: Sequence[Compared]) -> list[Compared]:
@@ -206,7 +206,7 @@ def normality(values: Array) -> float:
     return float(shapiro(values).pvalue)
 
 
-def _two(name: str, conditions: tuple[str, ...], table: Array, *, seed: int) -> Compared:
+def _two(name: str, table: Array, *, conditions: tuple[str, ...], seed: int) -> Compared:
     differences = table[:, 1] - table[:, 0]
     effect, p = signed_ranks(differences)
     effect_low, effect_high = _resampled(
@@ -232,7 +232,7 @@ def _two(name: str, conditions: tuple[str, ...], table: Array, *, seed: int) -> 
     )
 
 
-def _many(name: str, conditions: tuple[str, ...], table: Array, *, seed: int) -> Compared:
+def _many(name: str, table: Array, *, conditions: tuple[str, ...], seed: int) -> Compared:
     from scipy.stats import friedmanchisquare
 
     p = effect = math.nan

@@ -20,7 +20,7 @@ TABLES = "tables"
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """What a column, or a measure, means.
+    """Meaning of a column, or of a measure.
 
     Attributes:
         unit: of it; empty of names and counts.
@@ -121,7 +121,7 @@ def tables_of(folder: StudyFolder, models: Mapping[str, Sequence[ObjectModel]]) 
     for ended in folder.ended():
         task = folder.study.task(ended.task)
         recording = folder.folder_of(folder.trial(ended.name)) / RECORDING
-        found = measured(recording, ended, task.goal, models=models[task.scene])
+        found = measured(recording, ended, goal=task.goal, models=models[task.scene])
         keys = _keys(ended)
         whole = {each.name: _number(each.value) for each in found if not each.object_id}
         trials.append(

@@ -73,7 +73,7 @@ class Films(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Stage:
-    """What a trial is played on.
+    """Devices and people on which a trial is played.
 
     Attributes:
         setup: the devices.
@@ -166,7 +166,7 @@ def poses_of(state: SceneState) -> Mapping[str, Pose]:
     return {name: track.world_from_object for name, track in state.objects.items()}
 
 
-def play_trial(folder: StudyFolder, trial: Trial, stage: Stage) -> Ended | None:
+def play_trial(folder: StudyFolder, trial: Trial, *, stage: Stage) -> Ended | None:
     """Play a trial's session to its end and keep what came of it; None where no task was begun.
 
     Args:
@@ -210,31 +210,37 @@ def play_trial(folder: StudyFolder, trial: Trial, stage: Stage) -> Ended | None:
         director = Director(task, asking, note=people.note, end=session.end)
         if stage.is_rehearsed:
             stage.films(session, task, target=target, stack=stack, say=stage.say)
-            with_people(session, hub, task, stage=stage, stack=stack)
+            with_people(session, hub, task=task, stage=stage, stack=stack)
         else:
-            _invite(hub, session, stage)
+            _invite(hub, session, stage=stage)
         result = _played(session, director)
         ping_ms = _ping_ms(hub, asking.person)
     write_report(target, result, live_rows(result), scene=task.scene)
     director.stop()
     if director.begun_ns is None or director.ended_ns is None:
         return None
-    ended = Ended(
+    ended = _ended(trial, director, result=result, person=asking.person)
+    ended = replace(ended, ping_ms=ping_ms, is_rehearsed=stage.is_rehearsed)
+    folder.keep_trial(ended)
+    return ended
+
+
+def _ended(trial: Trial, director: Director, *, result: LiveResult, person: str) -> Ended:
+    """Return how a trial went whose task was begun."""
+    assert director.begun_ns is not None
+    assert director.ended_ns is not None
+    return Ended(
         trial.name,
         trial.participant,
         trial.number,
         trial.condition,
         trial.task,
-        asking.person,
+        person,
         director.begun_ns,
         director.ended_ns,
         director.ended_by,
         {s.name: (s.p50_ms, s.p95_ms) for s in result.latencies.stages()},
-        ping_ms,
-        stage.is_rehearsed,
     )
-    folder.keep_trial(ended)
-    return ended
 
 
 def _played(session: LiveSession, director: Director) -> LiveResult:
@@ -264,7 +270,7 @@ def _keeper(
     return keep
 
 
-def _invite(hub: Hub, session: LiveSession, stage: Stage) -> None:
+def _invite(hub: Hub, session: LiveSession, *, stage: Stage) -> None:
     hosting = stage.hosting
     stage.say(join_line(hub, hosting, invitations=invitations_for(hub, hosting)))
     if session.status().listening_at:
@@ -272,7 +278,7 @@ def _invite(hub: Hub, session: LiveSession, stage: Stage) -> None:
 
 
 def with_people(
-    session: LiveSession, hub: Hub, task: Task, *, stage: Stage, stack: ExitStack
+    session: LiveSession, hub: Hub, *, task: Task, stage: Stage, stack: ExitStack
 ) -> None:
     """Let the remote people of a task's scenario take part until the stack is left."""
     crowd = Crowd(

@@ -78,8 +78,8 @@ def run(args: argparse.Namespace) -> int:
         say=_say,
     )
     signal.signal(signal.SIGINT, signal.default_int_handler)
-    ended = play_trial(folder, trial, stage)
-    return _told(folder, trial, ended)
+    ended = play_trial(folder, trial, stage=stage)
+    return _told(folder, trial, ended=ended)
 
 
 def _next(folder: StudyFolder, participant: str | None) -> Trial | None:
@@ -87,7 +87,7 @@ def _next(folder: StudyFolder, participant: str | None) -> Trial | None:
     return None if who is None else folder.next_trial(who)
 
 
-def _told(folder: StudyFolder, trial: Trial, ended: Ended | None) -> int:
+def _told(folder: StudyFolder, trial: Trial, *, ended: Ended | None) -> int:
     """Say how it went; return the exit code."""
     if ended is None:
         _say(f"{trial.name}: no task was begun; it is still to be done")

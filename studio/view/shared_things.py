@@ -11,7 +11,6 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.attention import Sphere, attention_of
 from scenes.pose import Pose
 from scenes.render.renderer import PosedSplats
 from scenes.splats import SH_C0, SplatCloud
@@ -22,6 +21,7 @@ from scenes.state import (
     SceneState,
     SharedPrimitive,
 )
+from studio.view.attention import Sphere, attention_of
 
 MET: tuple[float, float, float] = (0.30, 0.86, 0.55)
 OPEN: tuple[float, float, float] = (0.95, 0.75, 0.25)

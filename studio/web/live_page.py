@@ -86,9 +86,7 @@ def live_page(
         for name in addresses
         if name not in {f"live/{entry}" for entry in ENTRIES}
     )
-    figure = figure_file()
-    figure_path = f"/assets/figure-{hashlib.sha256(figure).hexdigest()[:DIGEST_CHARACTERS]}.bin"
-    assets[figure_path] = Asset(figure, FIGURE)
+    figure_path, assets[figure_path] = _figure()
     filled = {"PRELOADS": preloads, "FIGURE": figure_path, "ASKS": asks}
     filled |= {f"LIVE/{entry}": addresses[f"live/{entry}"] for entry in ENTRIES}
     for path, name in (("/", "live.html"), ("/check", "check.html")):
@@ -103,6 +101,13 @@ def live_page(
         kind = JSON if path.suffix == ".json" else SPLATS
         assets[f"/assets/room/{name}"] = Asset(path, kind, is_private=True)
     return assets
+
+
+def _figure() -> tuple[str, Asset]:
+    """Return the path of the figure of people, which changes with it, and the file."""
+    figure = figure_file()
+    path = f"/assets/figure-{hashlib.sha256(figure).hexdigest()[:DIGEST_CHARACTERS]}.bin"
+    return path, Asset(figure, FIGURE)
 
 
 def _addresses(sources: Mapping[str, bytes]) -> dict[str, str]:

@@ -90,7 +90,7 @@ def test_both_applications_are_completed_and_reported(folder, rooms, stage):
     played = {}
     for _ in range(2):  # both tasks under the first condition
         task = folder.next_trial(first)
-        played[task.task] = ended = play_trial(folder, task, stage)
+        played[task.task] = ended = play_trial(folder, task, stage=stage)
         assert ended is not None
         assert ended.ended_by == "reached"
         assert 1.5 < ended.duration_s < 15.0

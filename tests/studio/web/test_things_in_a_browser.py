@@ -271,6 +271,7 @@ def test_what_was_there_before_is_shown(page, hub, echo, invite_guest):
 def test_a_line_on_an_object_goes_along_and_who_points_has_a_ring(inside, echo, invite_guest):
     inside.wait_for("live.room.objects.get('box-1').pose !== undefined")
     choose(inside, "draw")
+    inside.evaluate("document.querySelectorAll('#inks button')[1].click()")
     places = [seen_at(inside, x, 0.3, 0.0) for x in (0.2, 0.25, 0.3, 0.4, 0.4)]
     drag(inside, places[0], *places)
     line = echo.until(lambda state: only(state.annotations))
@@ -285,8 +286,9 @@ def test_a_line_on_an_object_goes_along_and_who_points_has_a_ring(inside, echo, 
     # Of the page and of the session, the line's first place is the same one.
     x, y, z = line.points_in_world[0]
     seen = inside.evaluate(
-        f"((group) => {{ group.updateWorldMatrix(true, false);"
-        f"return group.localToWorld(group.position.clone().set({x}, {z}, {-y})).toArray(); }})({group})"
+        "((group) => { group.updateWorldMatrix(true, false);"
+        f"return group.localToWorld(group.position.clone().set({x}, {z}, {-y})).toArray();"
+        f"}})({group})"
     )
     np.testing.assert_allclose(seen, now.points_in_world[0], atol=0.02)
 
@@ -298,6 +300,9 @@ def test_a_line_on_an_object_goes_along_and_who_points_has_a_ring(inside, echo, 
         time.sleep(0.1)
     inside.wait_for("live.attention.shown().join() === 'p2,box-1'")
     if PICTURES:
+        for _ in range(20):
+            guest.send(room_from_head=head, ray=np.array([[0.0, 1.4, 1.0], [-0.6, 0.2, -0.2]]))
+            time.sleep(0.1)
         Image.fromarray(inside.picture()).save(Path(PICTURES) / "attention.png")
     for _ in range(5):
         guest.send(room_from_head=head)

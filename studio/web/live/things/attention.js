@@ -1,4 +1,4 @@
-// Light rings around objects that somebody points at, in their colour: what `scenes/attention.py` says.
+// Light rings around objects that somebody points at, in their colour: what `studio/view/attention.py` says.
 import * as THREE from "three";
 import { COLOURS } from "shared/colours.js";
 

@@ -92,5 +92,5 @@ def test_a_line_may_be_on_an_object():
     np.testing.assert_array_equal(on.room_from_thing.translation, [1, 0, 2])
     assert not read_drawn(Op.LINE, {"line": "a", "on": "chair-1"}).is_there
     for wrong in ({"on": "chair-1"}, {"on": 3, "at": [0] * 7}, {"on": "chair-1", "at": [0] * 7}):
-        with pytest.raises(MessageError, match="at|on"):
+        with pytest.raises(MessageError, match=r"at:|on:"):
             read_drawn(Op.LINE, {**line, **wrong})

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from scenes.attention import attention_of
 from scenes.frames import look_at
 from scenes.state import Avatar
+from studio.view.attention import attention_of
 
 SPHERES = {
     "near": (np.array([0.0, 2.0, 0.5]), 0.4),
