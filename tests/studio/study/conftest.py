@@ -41,8 +41,8 @@ actions = [
 id = "guide"
 path = [[-1.2, -1.2, 1.6], [-0.6, -1.4, 1.6]]
 points_at = ["chair-2", "stool-1"]
-proposes = [{ object = "stool-1", at = [-0.4, 0.6], from_s = 2.0 }]
-draws = [{ points = [[0.2, 1.2, 0.01], [0.8, 1.2, 0.01]], from_s = 0.5, seconds = 1.0 }]
+proposes = [{ object = "stool-1", at = [-0.4, 0.6], from_s = 6.0 }]
+draws = [{ points = [[0.2, 1.2, 0.01], [0.8, 1.2, 0.01]], from_s = 6.0, seconds = 1.0 }]
 """
 TANGRAM = """
 room = "tangram"
