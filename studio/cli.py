@@ -105,6 +105,36 @@ VERBS = (
         "nexus simulate quest http://127.0.0.1:40123/ --code 123456 --seconds 60",
     ),
     Verb(
+        "study new",
+        "studio.verbs.study_new",
+        "make a study's folder, with a description to edit",
+        "nexus study new out/study",
+    ),
+    Verb(
+        "study plan",
+        "studio.verbs.study_plan",
+        "say who does what in which order, and write forms to print",
+        "nexus study plan out/study",
+    ),
+    Verb(
+        "study run",
+        "studio.verbs.study_run",
+        "go live with a participant's next task",
+        "nexus study run out/study --simulated",
+    ),
+    Verb(
+        "study enter",
+        "studio.verbs.study_enter",
+        "enter what was answered on paper",
+        "nexus study enter out/study BDF3-1 sus 4 1 5 2 4 1 5 1 5 1",
+    ),
+    Verb(
+        "study report",
+        "studio.verbs.study_report",
+        "make tidy tables with a codebook, and a report with the right tests",
+        "nexus study report out/study",
+    ),
+    Verb(
         "sites router",
         "studio.verbs.sites_router",
         "run the router by which a building's rooms and sites reach each other",

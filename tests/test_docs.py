@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import argparse
+import importlib
 import re
 import runpy
 import subprocess
@@ -87,3 +89,16 @@ def test_what_was_not_made_by_it_is_not_replaced(tmp_path: Path) -> None:
     assert done.returncode == 1
     assert "not empty" in done.stderr
     assert (tmp_path / "mine.txt").is_file()
+
+
+def test_commands_of_the_study_page_are_understood() -> None:
+    page = (ROOT / "docs" / "study.md").read_text(encoding="utf-8")
+    lines = re.findall(r"^\./nexus (study .+?)(?: +#.*)?$", page, re.MULTILINE)
+    lines += re.findall(r"`nexus (study [a-z]+ out/[^`]+)`", page)
+    assert len(lines) > 6
+    for line in lines:
+        words = line.split()
+        module = importlib.import_module(f"studio.verbs.{words[0]}_{words[1]}")
+        parser = argparse.ArgumentParser(exit_on_error=False, allow_abbrev=False)
+        module.add_arguments(parser)
+        parser.parse_args(words[2:])

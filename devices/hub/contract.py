@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -20,11 +20,14 @@ class Asset:
         content_type: of the HTTP answer.
         is_private: whether it is given to people in the session alone, who send their token as
             `Authorization: Bearer TOKEN`: the room itself, say.
+        takes: takes what a person in the session posts to it, their id first, on the hub's thread;
+            returns why it is not taken, empty if it is. None where nothing may be posted.
     """
 
     content: bytes | Path
     content_type: str
     is_private: bool = False
+    takes: Callable[[str, bytes], str] | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -99,9 +99,9 @@ class Session:
         self._note("paired", f"{guest.called} has paired as {guest.person.role}")
         return self._door.new_token(guest, now_ns)
 
-    def is_known(self, token: str, now_ns: int) -> bool:
-        """Return whether a token is good, without using it."""
-        return self._door.is_known(token, now_ns)
+    def known_by(self, token: str, now_ns: int) -> str:
+        """Return whose token is good, without using it; empty where it is nobody's."""
+        return self._door.known_by(token, now_ns)
 
     def enter(self, hello: Hello, *, address: str, now_ns: int) -> Visit:
         """Let somebody in whose token is good; the welcome waits in their outbox.

@@ -25,6 +25,9 @@ from devices.hub.session import Session
 MAX_PAIR_BYTES = 4096
 """Length of a request to pair: a code and a name."""
 
+MAX_POST_BYTES = 64 * 1024
+"""Length of what somebody posts to a file of the page: the longest questionnaire, answered."""
+
 READ_S = 10.0
 """Time for such a request to arrive."""
 
@@ -138,13 +141,17 @@ class Site:
             self._refuse(request, "a foreign host name", kind="host")
             return _error(421, "this machine has no such name")
         path = request.rel_url.path
-        if path in ("/people", "/pair") and not _is_same_origin(request):
+        is_change = path in ("/people", "/pair") or request.method == "POST"
+        if is_change and not _is_same_origin(request):
             self._refuse(request, "a page of a foreign origin", kind="origin")
             return _error(403, "only pages of this hub may do that")
         if path == "/people":
             return await self._talk(request, address_of(request))
         if path == "/pair":
             return await self._pair(request)
+        asset = self._assets.get(path)
+        if request.method == "POST" and asset is not None and asset.takes is not None:
+            return await self._post(request, asset.takes)
         if request.method not in ("GET", "HEAD"):
             return _error(405, "only GET")
         if path == "/root.crt" and self._root_pem is not None:
@@ -173,11 +180,26 @@ class Site:
             return _error(503, str(error))
         return _json({"token": token})
 
+    async def _post(
+        self, request: web.BaseRequest, takes: Callable[[str, bytes], str]
+    ) -> web.StreamResponse:
+        person = self._person(request)
+        if not person:
+            self._refuse(request, "an answer without a token", kind="token")
+            return _error(401, "pair first")
+        try:
+            async with asyncio.timeout(READ_S):
+                data = await _read_at_most(request, MAX_POST_BYTES)
+        except (MessageError, TimeoutError) as error:
+            return _error(400, f"post: {error}")
+        why = await asyncio.to_thread(takes, person, data)
+        return _error(422, why) if why else _json({})
+
     async def _asset(self, request: web.BaseRequest, path: str) -> web.StreamResponse:
         asset = self._assets.get(path)
         if asset is None:
             return _error(404, "no such file")
-        if asset.is_private and not self._has_token(request):
+        if asset.is_private and not self._person(request):
             self._refuse(request, "a private file without a token", kind="token")
             return _error(401, "pair first")
         caching = KEPT if HASHED.search(path) else ASKED
@@ -193,12 +215,13 @@ class Site:
             self._kept[path] = kept  # of paths that are assets: as many as there are
         return _send(kept, request, headers=_headers(asset.content_type, caching))
 
-    def _has_token(self, request: web.BaseRequest) -> bool:
+    def _person(self, request: web.BaseRequest) -> str:
+        """Return who sends their token with a request; empty where nobody does."""
         scheme, _, token = request.headers.get("Authorization", "").partition(" ")
         if scheme.lower() != "bearer":
-            return False
+            return ""
         with self._session.lock:
-            return self._session.is_known(token.strip(), self._clock.now_ns())
+            return self._session.known_by(token.strip(), self._clock.now_ns())
 
     def _refuse(self, request: web.BaseRequest, text: str, *, kind: str) -> None:
         with self._session.lock:

@@ -131,12 +131,18 @@ def _surface_fields(surface: LiveSurface) -> dict[str, Any]:
 
 
 def _annotation_fields(line: Annotation) -> dict[str, Any]:
-    return {
+    fields: dict[str, Any] = {
         "annotation_id": line.annotation_id,
         "user_id": line.user_id,
         "points_in_world": np.asarray(line.points_in_world, dtype=np.float64).tolist(),
         "colour": list(line.colour),
     }
+    if line.world_from_object is not None:
+        fields |= {
+            "object_id": line.object_id,
+            "world_from_object": _matrix(line.world_from_object),
+        }
+    return fields
 
 
 def _primitive_fields(primitive: SharedPrimitive) -> dict[str, Any]:
@@ -199,7 +205,15 @@ def _surface(t_ns: int, fields: dict[str, Any]) -> RecordedSurface:
 def _annotation(t_ns: int, fields: dict[str, Any]) -> RecordedAnnotation:
     red, green, blue = (float(value) for value in fields["colour"])
     points = np.array(fields["points_in_world"], dtype=np.float64).reshape(-1, 3)
-    line = Annotation(fields["annotation_id"], fields["user_id"], points, (red, green, blue))
+    on = fields.get("world_from_object")
+    line = Annotation(
+        fields["annotation_id"],
+        fields["user_id"],
+        points,
+        (red, green, blue),
+        "" if on is None else str(fields["object_id"]),
+        None if on is None else Pose.from_matrix(on),
+    )
     return RecordedAnnotation(t_ns, line)
 
 

@@ -74,6 +74,8 @@ SCHEMAS: Mapping[str, Mapping[str, str]] = {
         "user_id": "string",
         "points_in_world": "array",
         "colour": "array",
+        "object_id": "string",
+        "world_from_object": "array",
     },
     "gaussiannexus.Voice": {
         "user_id": "string",

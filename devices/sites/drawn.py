@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from devices.sites.channels import MAX_NAME_BYTES, SiteBytesError
+from scenes.pose import Pose
 from scenes.state import Annotation, LiveSurface
 
 MAX_POINTS = 4_000
@@ -50,6 +52,9 @@ def pack_item(item: Item) -> bytes:
             "points": _rounded(item.points_in_world),
             "colour": [float(part) for part in item.colour],
         }
+        if item.world_from_object is not None:
+            pose = item.world_from_object.matrix()[:3].tolist()
+            fields |= {"on": item.object_id, "at": pose}
     else:
         if not len(item.corners_in_world):
             return b""
@@ -81,7 +86,11 @@ def read_item(name: str, data: bytes) -> Item:
         if kind == LINE:
             red, green, blue = (_number(part, 1.0) for part in _list(fields["colour"]))
             points = _points(fields["points"], range(1, MAX_POINTS + 1))
-            return Annotation(key, _text(fields["by"]), points, (red, green, blue))
+            line = Annotation(key, _text(fields["by"]), points, (red, green, blue))
+            if "on" not in fields:
+                return line
+            at = _pose(fields["at"])
+            return replace(line, object_id=_text(fields["on"]), world_from_object=at)
         corners = _points(fields["corners"], range(4, 5))
         width, height = _list(fields["size_px"])
         size_px = (round(_number(width, MAX_SIDE_PX)), round(_number(height, MAX_SIDE_PX)))
@@ -104,6 +113,13 @@ def _points(value: object, counts: range) -> NDArray[np.float64]:
     if any(len(row) != 3 for row in found):
         raise SiteBytesError("drawn: a point is not of 3 numbers")
     return np.array(found, dtype=np.float64)
+
+
+def _pose(value: object) -> Pose:
+    rows = [[_number(part, MAX_ROOM_M) for part in _list(row)] for row in _list(value)]
+    if [len(row) for row in rows] != [4, 4, 4]:
+        raise SiteBytesError("drawn: a pose is not of 3 rows of 4 numbers")
+    return Pose.from_matrix(np.array([*rows, [0.0, 0.0, 0.0, 1.0]]))
 
 
 def _list(value: object) -> list[Any]:

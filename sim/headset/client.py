@@ -13,6 +13,7 @@ import aiohttp
 import numpy as np
 
 from devices.hub.wire import WireError, decode_body, encode_body, unpack_bodies
+from sim.headset.answering import answer_all
 from sim.headset.connection import (
     HubAddress,
     HubConnection,
@@ -72,6 +73,7 @@ class ClientPlan:
         draws: whether they draw, put, propose and carry things.
         script: what they do in place of moves and lines by chance; None for those.
         speech: whether they speak and listen, and how.
+        answers: whether they answer what a study asks.
     """
 
     address: HubAddress
@@ -82,6 +84,7 @@ class ClientPlan:
     draws: bool = True
     script: Script | None = None
     speech: Speech = NO_SPEECH
+    answers: bool = False
 
 
 class HeadsetClient:
@@ -109,8 +112,7 @@ class HeadsetClient:
         self._token, self._log_seq = "", 0
         self._room = RoomDownload(http, plan.address)
         self._rest: asyncio.Task[None] | None = None
-        self._joined_ns = 0
-        self._seq = 0
+        self._joined_ns = self._seq = 0
         self._speaking: Speaking | None = None
         self._since_hub_us: tuple[float, float] | None = None
         """Round trip of the fastest ping; this process's clock minus the hub's; microseconds."""
@@ -149,11 +151,18 @@ class HeadsetClient:
         Raises:
             HubRefusedError: the hub does not let them in again.
         """
+        answering = asyncio.create_task(self._answer())
         try:
             await self._stay(connection, over)
         finally:
+            answering.cancel()
             if self._rest is not None:
                 self._rest.cancel()
+
+    async def _answer(self) -> None:
+        if (plan := self._plan).answers:
+            http, seed = self._http, plan.moves.seed
+            await answer_all(http, plan.address, token=lambda: self._token, seed=seed)
 
     async def _stay(self, connection: HubConnection, over: asyncio.Event) -> None:
         while True:
@@ -320,7 +329,7 @@ class HeadsetClient:
         """Send lines as they grow, for ever."""
         while True:
             if self._faults().shows_body:
-                for line in person.new_lines(self._here_s()):
+                for line in person.new_things(self._here_s()):
                     await connection.send(line)
             await asyncio.sleep(1.0 / DRAW_HZ)
 

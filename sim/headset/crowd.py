@@ -41,6 +41,7 @@ class CrowdPlan:
         draws: whether they draw, put, propose and carry things.
         scripts: what each does, where a scenario says; else they move by chance.
         speech: how many of them speak, and how.
+        answers: whether the first of them answers what a study asks.
 
     Raises:
         ValueError: a number is out of range, or not that of the scripts.
@@ -55,6 +56,7 @@ class CrowdPlan:
     draws: bool = True
     scripts: tuple[Script, ...] = ()
     speech: Speech = NO_SPEECH
+    answers: bool = False
 
     def __post_init__(self) -> None:
         if not 1 <= self.clients <= MAX_CLIENTS:
@@ -79,6 +81,7 @@ class CrowdPlan:
             self.draws,
             script,
             speech=self.speech.of(number),
+            answers=self.answers and number == 0,
         )
 
 

@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from devices.hub.things.drawn import on_the_wire
 from devices.hub.wire import Body
 from scenes.frames import OPENGL_FROM_OPENCV, WORLD_FROM_GLTF
 from scenes.pose import Pose
 from sim.people.remote import remote_annotations, remote_avatar
-from sim.scenarios.scenario import RemoteSettings, Scenario
+from sim.scenarios.scenario import RemoteProposal, RemoteSettings, Scenario
 
 GLTF_FROM_WORLD = WORLD_FROM_GLTF.inverse()
 """Turn from the world's axes to upright ones, as they are on the wire."""
@@ -88,10 +89,15 @@ class ScriptedPerson:
         ray = None if avatar.ray is None else GLTF_FROM_WORLD @ avatar.ray
         return Body(seq, t_us, head, ray=ray)
 
-    def new_lines(self, t_s: float) -> list[dict[str, Any]]:
-        """Return messages with the lines that have grown since the last call."""
+    def new_things(self, t_s: float) -> list[dict[str, Any]]:
+        """Return messages with lines that have grown, and what is proposed, since the last call."""
         since_s, self._drawn_s = self._drawn_s, t_s
-        return [
+        proposed = [
+            self._proposed(number, proposal)
+            for number, proposal in enumerate(self._settings.proposes)
+            if since_s < proposal.from_s <= t_s and proposal.object_id in self._objects
+        ]
+        return proposed + [
             {
                 "kind": "do",
                 "id": 0,
@@ -102,6 +108,19 @@ class ScriptedPerson:
             }
             for line in remote_annotations(self._settings, since_s=since_s, t_s=t_s)
         ]
+
+    def _proposed(self, number: int, proposal: RemoteProposal) -> dict[str, Any]:
+        here = self._objects[proposal.object_id]
+        yaw = here.yaw() if proposal.yaw_rad is None else proposal.yaw_rad
+        there = Pose.from_yaw(yaw, (*proposal.place_m, float(here.translation[2])))
+        return {
+            "kind": "do",
+            "id": 0,
+            "op": "propose",
+            "proposal": f"proposal-{number}",
+            "object": proposal.object_id,
+            "pose": on_the_wire(GLTF_FROM_WORLD @ there @ WORLD_FROM_GLTF),
+        }
 
 
 def scripts_of(scenario: Scenario) -> tuple[Script, ...]:

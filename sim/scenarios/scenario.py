@@ -85,6 +85,23 @@ class RemoteDrawing:
 
 
 @dataclass(frozen=True, slots=True)
+class RemoteProposal:
+    """A place that a remote user proposes for an object.
+
+    Attributes:
+        object_id: of what.
+        place_m: (x, y) of its origin; it stands at the height at which it stands then.
+        yaw_rad: its turn about the vertical; None as it is turned then.
+        from_s: when it is proposed.
+    """
+
+    object_id: str
+    place_m: tuple[float, float]
+    yaw_rad: float | None
+    from_s: float
+
+
+@dataclass(frozen=True, slots=True)
 class RemoteSettings:
     """A remote user's avatar.
 
@@ -94,6 +111,7 @@ class RemoteSettings:
         points_at: ids of objects pointed at, one after the other, for equal times.
         aim_m: height above an object's base of the place that is pointed at.
         draws: lines drawn meanwhile.
+        proposes: places proposed meanwhile; only where they join a live session as a person.
     """
 
     user_id: str
@@ -101,6 +119,7 @@ class RemoteSettings:
     points_at: tuple[str, ...] = ()
     aim_m: float = AIM_M
     draws: tuple[RemoteDrawing, ...] = ()
+    proposes: tuple[RemoteProposal, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -283,6 +302,9 @@ def validate_scenario(scenario: Scenario, room: PhysicalRoom) -> None:
     for i, remote in enumerate(scenario.remote):
         for object_id in remote.points_at:
             check_object(f"remote[{i}].points_at", object_id)
+        for proposal in remote.proposes:
+            check_object(f"remote[{i}].proposes.object", proposal.object_id)
+            check_point(f"remote[{i}].proposes.at", proposal.place_m)
     people = tuple(person.person_id for person in scenario.people)
     scenario.faults.check(room, people, source=where)
 
@@ -322,9 +344,22 @@ def _remote(table: Table) -> RemoteSettings:
         points_at=table.texts("points_at"),
         aim_m=table.number("aim_m", AIM_M, low=0.0, high=2.0),
         draws=tuple(_drawing(drawing) for drawing in table.tables("draws")),
+        proposes=tuple(_proposal(proposal) for proposal in table.tables("proposes")),
     )
     table.done()
     return remote
+
+
+def _proposal(table: Table) -> RemoteProposal:
+    yaw_deg = table.optional_number("yaw_deg", -360.0, 360.0)
+    proposal = RemoteProposal(
+        object_id=table.text("object"),
+        place_m=table.point("at"),
+        yaw_rad=None if yaw_deg is None else math.radians(yaw_deg),
+        from_s=table.number("from_s", low=0.0, high=3600.0),
+    )
+    table.done()
+    return proposal
 
 
 def _drawing(table: Table) -> RemoteDrawing:

@@ -23,6 +23,7 @@ from scenes.state import (
     SharedPrimitive,
     TrackedObject,
     TrackState,
+    lines_now,
 )
 from studio.evaluate.metrics import pose_error
 from studio.evaluate.scores import SYMMETRY_OF_KIND
@@ -117,7 +118,7 @@ def film_frame(output: SessionOutput) -> FilmFrame:
         live=output.surfaces,
         avatars=output.input.avatars,
         truth=None if truth is None else truth.recorded,
-        lines=tuple(output.state.annotations.values()),
+        lines=lines_now(output.state),
         primitives=tuple(output.state.primitives.values()),
         proposals=tuple(output.state.proposals.values()),
     )

@@ -48,6 +48,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seed", type=int, default=0, help="decides everything random")
     parser.add_argument("--speakers", type=int, default=0, metavar="N", help="so many speak (0)")
     parser.add_argument("--rtc", action="store_true", help="voices by WebRTC, not the WebSocket")
+    parser.add_argument(
+        "--answers", action="store_true", help="the first of them answers what a study asks"
+    )
     parser.add_argument("--no-lines", action="store_true", help="they draw nothing")
     parser.add_argument(
         "--faults",
@@ -139,6 +142,7 @@ def _plan(args: argparse.Namespace) -> CrowdPlan:
         not args.no_lines,
         scripts,
         speech=Speech(args.speakers, args.rtc),
+        answers=args.answers,
     )
 
 

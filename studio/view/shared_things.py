@@ -14,7 +14,14 @@ from numpy.typing import NDArray
 from scenes.pose import Pose
 from scenes.render.renderer import PosedSplats
 from scenes.splats import SH_C0, SplatCloud
-from scenes.state import ObjectModel, PrimitiveShape, Proposal, SharedPrimitive
+from scenes.state import (
+    ObjectModel,
+    PrimitiveShape,
+    Proposal,
+    SceneState,
+    SharedPrimitive,
+)
+from studio.view.attention import Sphere, attention_of
 
 MET: tuple[float, float, float] = (0.30, 0.86, 0.55)
 OPEN: tuple[float, float, float] = (0.95, 0.75, 0.25)
@@ -34,6 +41,9 @@ DISCS = 2500
 
 SHAFT_SHARE, SHAFT_WIDTH = 0.6, 0.44
 """Of an arrow: its shaft's length of the whole, and its width of the head's."""
+
+RING_POINTS = 49
+"""Places of a light ring, chosen: a circle to the eye."""
 
 Array = NDArray[np.float64]
 
@@ -62,6 +72,23 @@ def met_proposals(
             symmetry=symmetry_of_kind.get(model.kind, 1),
         )
     )
+
+
+def attention_rings(state: SceneState, models: Iterable[ObjectModel]) -> list[Array]:
+    """Return (N, 3) rings on what objects stand on, around each that somebody points at."""
+    poses = {key: track.world_from_object for key, track in state.objects.items()}
+    there = {item.object_id: item for item in models}
+    spheres: dict[str, Sphere] = {}
+    for key, item in there.items():
+        centre, radius = item.sphere()
+        spheres[key] = (poses.get(key, item.world_from_object) @ centre, radius)
+    met = {attention_of(avatar, spheres).points_at for avatar in state.avatars.values()}
+    angles = np.linspace(0.0, 2.0 * np.pi, RING_POINTS)
+    circle = np.stack([np.cos(angles), np.sin(angles), np.zeros(RING_POINTS)], axis=1)
+    return [
+        poses.get(key, there[key].world_from_object) @ (spheres[key][1] * circle)
+        for key in sorted(met - {""})
+    ]
 
 
 def proposed_splats(

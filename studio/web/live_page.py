@@ -47,6 +47,7 @@ def live_page(
     *,
     modules: Mapping[str, Path],
     licences: str = "",
+    asks: str = "",
     max_splats: int = MAX_SPLATS,
     cancelled: threading.Event | None = None,
 ) -> dict[str, Asset]:
@@ -59,6 +60,7 @@ def live_page(
         folder: the caller's, which lives as long as the files are served.
         modules: library modules by the name they are imported under, see `web_files.web_modules`.
         licences: theirs, at `/assets/licences.txt`.
+        asks: path of what a study asks those who are on the page; empty where there is none.
         max_splats: of room and objects together.
         cancelled: set it from another thread to stop.
 
@@ -84,10 +86,8 @@ def live_page(
         for name in addresses
         if name not in {f"live/{entry}" for entry in ENTRIES}
     )
-    figure = figure_file()
-    figure_path = f"/assets/figure-{hashlib.sha256(figure).hexdigest()[:DIGEST_CHARACTERS]}.bin"
-    assets[figure_path] = Asset(figure, FIGURE)
-    filled = {"PRELOADS": preloads, "FIGURE": figure_path}
+    figure_path, assets[figure_path] = _figure()
+    filled = {"PRELOADS": preloads, "FIGURE": figure_path, "ASKS": asks}
     filled |= {f"LIVE/{entry}": addresses[f"live/{entry}"] for entry in ENTRIES}
     for path, name in (("/", "live.html"), ("/check", "check.html")):
         assets[path] = Asset(_filled(PAGE / name, filled), "text/html; charset=utf-8")
@@ -101,6 +101,13 @@ def live_page(
         kind = JSON if path.suffix == ".json" else SPLATS
         assets[f"/assets/room/{name}"] = Asset(path, kind, is_private=True)
     return assets
+
+
+def _figure() -> tuple[str, Asset]:
+    """Return the path of the figure of people, which changes with it, and the file."""
+    figure = figure_file()
+    path = f"/assets/figure-{hashlib.sha256(figure).hexdigest()[:DIGEST_CHARACTERS]}.bin"
+    return path, Asset(figure, FIGURE)
 
 
 def _addresses(sources: Mapping[str, bytes]) -> dict[str, str]:

@@ -103,6 +103,17 @@ def messages(seed=0):
                 t_ns, Annotation("maya-1", "maya", rng.normal(size=(3, 3)), (1.0, 0.25, 1 / 3))
             ),
             RecordedAnnotation(t_ns, Annotation("ben-1", "ben", np.zeros((0, 3)), (0.0, 0.5, 1.0))),
+            RecordedAnnotation(
+                t_ns,
+                Annotation(
+                    "ben-2",
+                    "ben",
+                    np.ones((2, 3)),
+                    (0.0, 0.5, 1.0),
+                    "chair-1",
+                    Pose.from_yaw(0.5, (1.0, 2.0, 0.0)),
+                ),
+            ),
             RecordedAvatar(
                 t_ns, Avatar("maya", "remote", pose, (rng.normal(size=(5, 3)),), np.eye(3)[:2])
             ),

@@ -19,6 +19,7 @@ from scenes.state import (
     TrackState,
     id_of,
     is_there,
+    lines_now,
     reduce_state,
 )
 
@@ -168,3 +169,15 @@ def test_an_object_stands_as_proposed_within_5_cm_and_10_degrees(
     turn = Pose.from_yaw(np.radians(yaw_deg), (0, 0, off_m)) @ tilt
     copy = Proposal("c", "p1", "Ann", "chair-1", wanted)
     assert copy.is_met(wanted @ turn, symmetry=symmetry) == is_met
+
+
+def test_a_line_on_an_object_goes_along_with_it():
+    then, now = Pose.from_yaw(0.0, (1.0, 0.0, 0.0)), Pose.from_yaw(np.pi / 2, (3.0, 1.0, 0.0))
+    points = np.array([[1.5, 0.0, 0.4], [1.5, 0.2, 0.4]])
+    line = Annotation("a", "p1", points, (1.0, 0.0, 0.0), "chair", then)
+    state = reduce_state(SceneState(), line, 0)
+    assert lines_now(state)[0] is line  # nobody follows the chair
+    track = TrackedObject("chair", 1, now, np.eye(4), 1.0, TrackState.TRACKED, 1.0, 0)
+    (moved,) = lines_now(reduce_state(state, track, 1))
+    assert np.allclose(moved.points_in_world, [[3.0, 1.5, 0.4], [2.8, 1.5, 0.4]])
+    assert state.annotations["a"] is line

@@ -68,13 +68,12 @@ class Admission:
         guest.oldest_token = number
         return guest
 
-    def is_known(self, token: str, now_ns: int) -> bool:
-        """Return whether a token is good, without using it."""
+    def known_by(self, token: str, now_ns: int) -> str:
+        """Return the id of whose token is good, without using it; empty where it is nobody's."""
         try:
-            self.read(token, now_ns)
+            return self.read(token, now_ns)[0].person.person_id
         except Refused:
-            return False
-        return True
+            return ""
 
     def read(self, token: str, now_ns: int) -> tuple[Guest, int]:
         """Return whose token it is, and its number.

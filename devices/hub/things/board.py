@@ -44,6 +44,10 @@ STEADY_NS = 10**9
 """Pause after which changing the same thing again is another operation to undo, where a client does
 not say which operations are one drag: one second."""
 
+HOLD_NS = 10**9
+"""Pause after which somebody has let go of an object's copy: one second, as `STEADY_NS`; a page
+sends ten of its places a second while it is dragged."""
+
 Drag = str | int | None
 """A client's name of one drag; None where it gives none."""
 
@@ -65,6 +69,15 @@ class _Step:
     is_open: bool
 
 
+@dataclass(frozen=True, slots=True)
+class _Hold:
+    """Somebody who moves a copy of an object: id, name, and when they moved it last."""
+
+    person_id: str
+    name: str
+    t_ns: int
+
+
 @dataclass(slots=True)
 class Board:
     """Every thing that is there now."""
@@ -74,6 +87,8 @@ class Board:
     )
     _points: int = 0
     _steps: dict[str, deque[_Step]] = field(default_factory=dict[str, "deque[_Step]"])
+    _holds: dict[str, _Hold] = field(default_factory=dict[str, _Hold])
+    """Holds by object: whoever began to move a copy of it first has it until they let go."""
 
     def whole(self) -> dict[str, Any]:
         """Return things for whoever joins, by kind and name."""
@@ -92,7 +107,8 @@ class Board:
             name: of the person.
 
         Raises:
-            OpError: there is nothing to undo, it is somebody else's, or too much is there.
+            OpError: there is nothing to undo, it is somebody else's, somebody else moves the same
+                object, or too much is there.
         """
         if do.drawn is None:
             steps = self._steps.get(person_id)
@@ -106,6 +122,7 @@ class Board:
         key = own_key(person_id, do.drawn.key)
         changed = replace(do.drawn, key=key, by=person_id, name=name)
         self._check_room(changed, do)
+        self._hold(changed, do, now_ns=now_ns)
         before = self._things[do.op].get(key) or Drawn(do.op, key, person_id)
         self._remember(before, changed, drag=do.drag, now_ns=now_ns)
         self.put(changed)
@@ -124,6 +141,23 @@ class Board:
     def forget(self, person_id: str) -> None:
         """Keep no operations to undo of somebody who does not come back."""
         self._steps.pop(person_id, None)
+        self._holds = {key: it for key, it in self._holds.items() if it.person_id != person_id}
+
+    def _hold(self, changed: Drawn, do: Do, *, now_ns: int) -> None:
+        """Give a proposal's object to whoever moves it, unless somebody else has it."""
+        if changed.op is not Op.PROPOSE:
+            return
+        if not changed.is_there:
+            known = self._things[changed.op].get(changed.key)
+            hold = None if known is None else self._holds.get(known.object_id)
+            if known is not None and hold is not None and hold.person_id == changed.by:
+                del self._holds[known.object_id]
+            return
+        hold = self._holds.get(changed.object_id)
+        if hold and hold.person_id != changed.by and now_ns - hold.t_ns < HOLD_NS:
+            who = hold.name or hold.person_id
+            raise OpError(f"{who} is moving it; wait until they let go", op_id=do.op_id)
+        self._holds[changed.object_id] = _Hold(changed.by, changed.name, now_ns)
 
     def _check_room(self, drawn: Drawn, do: Do) -> None:
         there = self._things[drawn.op]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -60,8 +60,10 @@ class Drawn:
         seen: (4, 3) corners to which a surface is carried, or (0, 3).
         shape: of a primitive; None where it is erased.
         size_m: of a primitive, along its own axes, y up.
-        room_from_thing: of a primitive or proposal; room and thing with y up.
-        object_id: of a proposal; empty where it is withdrawn.
+        room_from_thing: of a primitive or proposal, or of the object on which a line was begun;
+            room and thing with y up.
+        object_id: of a proposal, empty where it is withdrawn; with which a line goes, empty where
+            it stays.
         name: of a proposal's owner.
     """
 
@@ -113,7 +115,9 @@ class Drawn:
                 pose = on_the_wire(self.room_from_thing)
                 return {"name": self.name, "object": self.object_id, "pose": pose}
             case _:
-                return {"points": _listed(self.points), "colour": colour}
+                line = {"points": _listed(self.points), "colour": colour}
+                on = {"on": self.object_id, "at": on_the_wire(self.room_from_thing)}
+                return line | (on if self.object_id else {})
 
     def thing(self) -> Thing:
         """Return it in the session's types and axes."""
@@ -128,7 +132,12 @@ class Drawn:
                 pose = _in_world(self.room_from_thing)
                 return Proposal(self.key, self.by, self.name, self.object_id, pose)
             case _:
-                return Annotation(self.key, self.by, WORLD_FROM_GLTF @ self.points, self.colour)
+                points = WORLD_FROM_GLTF @ self.points
+                line = Annotation(self.key, self.by, points, self.colour)
+                if not self.object_id:
+                    return line
+                at = _in_world(self.room_from_thing)
+                return replace(line, object_id=self.object_id, world_from_object=at)
 
     def _surface(self) -> LiveSurface:
         """Return a surface whose picture is as large as its shape asks for."""
@@ -159,7 +168,11 @@ def drawn_thing(thing: Thing) -> Drawn:
             points = GLTF_FROM_WORLD @ np.asarray(thing.points_in_world, dtype=np.float64)
             red, green, blue = (float(part) for part in thing.colour)
             points = points.reshape(-1, 3)
-            return Drawn(Op.LINE, thing.annotation_id, ROOM, points, (red, green, blue))
+            drawn = Drawn(Op.LINE, thing.annotation_id, ROOM, points, (red, green, blue))
+            if thing.world_from_object is None:
+                return drawn
+            at = _in_gltf(thing.world_from_object)
+            return replace(drawn, object_id=thing.object_id, room_from_thing=at)
         case LiveSurface():
             corners = GLTF_FROM_WORLD @ np.asarray(thing.corners_in_world, dtype=np.float64)
             carried = thing.carried_to

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, cast
 
 import numpy as np
@@ -41,7 +42,10 @@ def read_drawn(op: Op, fields: dict[str, Any]) -> Drawn:
     key = read_key(fields, FIELDS[op])
     match op:
         case Op.LINE:
-            return Drawn(op, key, "", _points(fields), _colour(fields))
+            line = Drawn(op, key, "", _points(fields), _colour(fields))
+            on = _object_id(fields, "on") if len(line.points) else ""
+            pose = _pose(fields, "at") if on else line.room_from_thing
+            return replace(line, object_id=on, room_from_thing=pose)
         case Op.SURFACE:
             return _surface(key, fields)
         case Op.PRIMITIVE:
@@ -51,7 +55,7 @@ def read_drawn(op: Op, fields: dict[str, Any]) -> Drawn:
             colour, size, pose = _colour(fields), _size(fields), _pose(fields)
             return Drawn(op, key, "", colour=colour, shape=shape, size_m=size, room_from_thing=pose)
         case _:
-            object_id = _object_id(fields)
+            object_id = _object_id(fields, "object")
             if not object_id:
                 return Drawn(op, key, "")
             return Drawn(op, key, "", room_from_thing=_pose(fields), object_id=object_id)
@@ -143,23 +147,23 @@ def _size(fields: dict[str, Any]) -> tuple[float, float, float]:
     return x, y, z
 
 
-def _pose(fields: dict[str, Any]) -> Pose:
-    value = fields.get("pose")
+def _pose(fields: dict[str, Any], field: str = "pose") -> Pose:
+    value = fields.get(field)
     if not isinstance(value, list) or len(cast(list[Any], value)) != 7:
-        raise MessageError("pose: wanted 7 numbers, place and quaternion x y z w")
-    numbers = [read_number(number, "pose") for number in cast(list[Any], value)]
-    place = _place(numbers[:3], "pose")
+        raise MessageError(f"{field}: wanted 7 numbers, place and quaternion x y z w")
+    numbers = [read_number(number, field) for number in cast(list[Any], value)]
+    place = _place(numbers[:3], field)
     x, y, z, w = numbers[3:]
     length = float(np.linalg.norm([w, x, y, z]))
     if not abs(length - 1.0) <= MAX_QUATERNION_ERROR:
-        raise MessageError("pose: wanted a quaternion of length 1")
+        raise MessageError(f"{field}: wanted a quaternion of length 1")
     return Pose.from_quaternion([w / length, x / length, y / length, z / length], place)
 
 
-def _object_id(fields: dict[str, Any]) -> str:
-    value = fields.get("object")
+def _object_id(fields: dict[str, Any], field: str) -> str:
+    value = fields.get(field)
     if value is None:
         return ""
     if not isinstance(value, str) or not 0 < len(value) <= MAX_OBJECT_ID:
-        raise MessageError(f"object: wanted an id of 1..{MAX_OBJECT_ID} characters, or none")
+        raise MessageError(f"{field}: wanted an id of 1..{MAX_OBJECT_ID} characters, or none")
     return value

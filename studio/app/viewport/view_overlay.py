@@ -30,7 +30,7 @@ from studio.app.viewport.labels import Wanted, spread
 from studio.app.viewport.layers import Layers
 from studio.evaluate.scores import SYMMETRY_OF_KIND
 from studio.view.overlay import STATE_COLOURS, STATE_WORDS
-from studio.view.shared_things import MET, OPEN, met_proposals
+from studio.view.shared_things import MET, OPEN, attention_rings, met_proposals
 
 BACKDROP = QColor(14, 16, 20)
 INK, GROUND = QColor(236, 239, 243), QColor(14, 16, 20, 190)
@@ -105,8 +105,20 @@ class Overlay:
         if layers.shown.labels:
             people = layers.shown.avatars
             self.label_all(bench.state, bench.document, bench.scene, people=people)
+        if layers.shown.avatars and bench.scene is not None:
+            self.attention(bench.state, bench.scene)
         if layers.errors is not None:
             self.error_scale(area, layers.errors)
+
+    def attention(self, state: SceneState, scene: ScenePackage) -> None:
+        """Light rings around objects that somebody points at."""
+        for ring in attention_rings(state, scene.objects):
+            places = [self._pixel_ahead(point) for point in ring]
+            for pen in (QPen(QColor(0, 0, 0, 150), 6.0), QPen(HANDLES["yaw"], 3.5)):
+                self._painter.setPen(pen)
+                for first, last in pairwise(places):
+                    if first is not None and last is not None:
+                        self._painter.drawLine(first, last)
 
     def handles(self, handles: Handles, *, drag: Drag | None, hovered: Handle | None) -> None:
         """Handles of the selected item, the held or hovered one larger."""

@@ -75,6 +75,8 @@ class Crowd:
         say: takes a line for the log.
         trusted: file of the hub's root certificate; None without TLS.
         scenario: they are its remote people, who do as it says; None for moves by chance.
+        takes_part: whether they take part in a study: the first answers what is asked, and nobody
+            tries what people may not.
     """
 
     def __init__(
@@ -89,8 +91,9 @@ class Crowd:
         say: Callable[[str], None],
         trusted: Path | None = None,
         scenario: str | None = None,
+        takes_part: bool = False,
     ) -> None:
-        self._trusted, self._scenario = trusted, scenario
+        self._trusted, self._scenario, self._takes_part = trusted, scenario, takes_part
         self._hub, self._live_s = hub, live_s
         self._clients, self._seconds = clients, seconds
         self._clock, self._tokens, self._say = clock, tokens, say
@@ -151,7 +154,7 @@ class Crowd:
             if self._here == self._clients:
                 here_s = live_s if here_s is None else here_s
                 self._rss_kib.append(resident_kib(but=self.process_ids))
-                if not self._attempts and live_s - here_s >= ATTACK_AFTER_S:
+                if not (self._attempts or self._takes_part) and live_s - here_s >= ATTACK_AFTER_S:
                     self._attack()
         self._leave()
 
@@ -161,6 +164,8 @@ class Crowd:
             words += ["--trust", str(self._trusted)]
         if self._scenario is not None:
             words += ["--scenario", self._scenario]
+        if self._takes_part:
+            words += ["--answers"]
         self._process = ChildProcess(
             module_command("studio.cli", *words, "--clients", str(self._clients)),
             stdin=subprocess.PIPE,

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections import ChainMap
+from collections.abc import Callable, Iterator, MutableMapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 from devices.clock import Clock
-from devices.hub.contract import HubSettings, Invitation
+from devices.hub.contract import Asset, HubSettings, Invitation
 from devices.hub.entry.pairing import MAX_CODES
 from devices.hub.entry.tokens import Tokens
 from devices.hub.roles import Person, Role
@@ -62,6 +63,8 @@ def hosted(
     clock: Clock,
     say: Callable[[str], None],
     tokens: Tokens | None = None,
+    asks: str = "",
+    more: MutableMapping[str, Asset] | None = None,
 ) -> Iterator[Hub]:
     """Run a hub for a scene until the block ends.
 
@@ -71,6 +74,8 @@ def hosted(
         clock: session time.
         say: takes a line for the log.
         tokens: by which people come back; None for the hub's own.
+        asks: path of what a study asks those who are on the page; empty where there is none.
+        more: files beside those of the page, looked up at each request.
 
     Raises:
         OSError: the port is taken, or the certificate cannot be made.
@@ -82,7 +87,8 @@ def hosted(
         hosting.max_people,
         is_voice_recorded=hosting.is_voice_recorded,
     )
-    assets = page_assets(scene, page_folder(scene))
+    page = dict(page_assets(scene, page_folder(scene), asks=asks))
+    assets = ChainMap(page if more is None else more, page)
     hub = Hub(settings, assets, clock=clock, say=say, tokens=tokens)
     hub.start()
     try:

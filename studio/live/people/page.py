@@ -16,17 +16,18 @@ DIGEST_CHARACTERS = 24
 """Of a scene's digest in a folder's name: enough to differ."""
 
 
-def page_assets(scene: ScenePackage, folder: Path) -> Mapping[str, Asset]:
+def page_assets(scene: ScenePackage, folder: Path, *, asks: str = "") -> Mapping[str, Asset]:
     """Return the files of the page by path; "/" is the page itself.
 
     Args:
         scene: the room.
         folder: for files that are made of it; it lives as long as they are served.
+        asks: path of what a study asks those who are on the page; empty where there is none.
 
     Raises:
         OSError: the disk is full, or the page's libraries cannot be fetched.
     """
-    return live_page(scene, folder, modules=web_modules(_drop), licences=licences())
+    return live_page(scene, folder, modules=web_modules(_drop), licences=licences(), asks=asks)
 
 
 def _drop(_line: str) -> None:

@@ -2,6 +2,7 @@
 // once. A line is sent whole again as it grows.
 import * as THREE from "three";
 import { Line } from "shared/shapes.js";
+import { at, composed, inverse, rounded } from "live/things/poses.js";
 
 const LINE_WIDTH_M = 0.009;
 const WIDTHS_M = { line: LINE_WIDTH_M, surface: 0.012, preview: 0.012, filmed: 0.004 };
@@ -12,11 +13,10 @@ const FEW_POINTS = 4;
 const SEND_MS = 80;
 
 export class Board {
-  /** `upright`: the group whose axes are a headset's; `changed`: the picture is no longer right. */
-  constructor(upright, link, changed) {
-    this.upright = upright;
-    this.link = link;
-    this.changed = changed;
+  /** `upright`: the group whose axes are a headset's; `changed`: the picture is no longer right;
+      `poseOf`: where an object is, by its id. */
+  constructor(upright, link, changed, poseOf = () => undefined) {
+    Object.assign(this, { upright, link, changed, poseOf });
     this.drawn = new Map();
     this.own = null; // the line that is being drawn
     this.waiting = new Map(); // of each operation that is not answered, the key of its line
@@ -31,7 +31,7 @@ export class Board {
     this.you = you;
     for (const key of [...this.drawn.keys()]) this.#show(key, [], []);
     for (const [id, line] of Object.entries(state.lines ?? {})) {
-      this.#show(`line:${id}`, line.points, line.colour);
+      this.#show(`line:${id}`, line.points, line.colour, line);
     }
   }
 
@@ -40,7 +40,7 @@ export class Board {
     if (entry.op === "line") {
       // What one draws oneself is further than what comes back of it.
       if (this.own !== null && entry.line.endsWith(this.own.name)) return;
-      this.#show(`line:${entry.line}`, entry.points ?? [], entry.colour ?? [1, 1, 1]);
+      this.#show(`line:${entry.line}`, entry.points ?? [], entry.colour ?? [1, 1, 1], entry);
     }
   }
 
@@ -50,16 +50,35 @@ export class Board {
     this.#show(`filmed:${id}`, seen === null ? [] : framed(corners), FRAME_COLOUR);
   }
 
-  /** Begins a line. */
-  begin(colour) {
+  /** Begins a line; on an object, by its id, it goes along with that. */
+  begin(colour, on = null) {
     this.count += 1;
-    this.own = { name: `${this.visit}-${this.count}`, colour, points: [], sentAt: -Infinity };
+    const at = on === null ? undefined : this.poseOf(on);
+    const held = at === undefined ? {} : { on, at: rounded(at) };
+    this.own = { name: `${this.visit}-${this.count}`, colour, points: [], sentAt: -Infinity, held };
+  }
+
+  /** Lets lines go along with the objects on which they were drawn; whether any has moved. */
+  step() {
+    let hasMoved = false;
+    for (const line of this.drawn.values()) {
+      const now = line.on === undefined ? undefined : this.poseOf(line.on);
+      if (now === undefined || now === line.shownAt) continue;
+      line.shownAt = now;
+      const moved = composed(now, inverse(line.at));
+      line.group.position.fromArray(moved);
+      line.group.quaternion.fromArray(moved, 3);
+      hasMoved = true;
+    }
+    return hasMoved;
   }
 
   /** Goes on to a place (upright axes), if it is far enough from the last. */
-  extend(place, now) {
+  extend(seen, now) {
     if (this.own === null) return;
-    const { points, colour } = this.own;
+    const { points, colour, held } = this.own;
+    const here = held.on === undefined ? undefined : this.poseOf(held.on);
+    const place = here === undefined ? seen : at(held.at, at(inverse(here), seen).toArray()).toArray();
     const last = points.at(-1);
     if (last !== undefined && Math.hypot(...last.map((v, i) => v - place[i])) < STEP_M) return;
     points.push(place.map((v) => Math.round(v * 1e4) / 1e4));
@@ -67,8 +86,8 @@ export class Board {
     if (now - this.own.sentAt > SEND_MS && points.length > 1) this.#send(now);
     if (points.length < MAX_POINTS) return;
     this.end();
-    this.begin(colour);
-    this.extend(place, now);
+    this.begin(colour, held.on ?? null);
+    this.extend(seen, now);
   }
 
   end() {
@@ -124,19 +143,19 @@ export class Board {
   }
 
   #showOwn() {
-    this.#show(this.ownKey, this.own.points, this.own.colour);
+    this.#show(this.ownKey, this.own.points, this.own.colour, this.own.held);
   }
 
   #send(now) {
-    const { name, points, colour } = this.own;
+    const { name, points, colour, held } = this.own;
     this.own.sentAt = now;
-    const id = this.link.do("line", { line: name, points, colour });
+    const id = this.link.do("line", { line: name, points, colour, ...held });
     if (id === null) return;
     this.waiting.set(id, this.ownKey);
     if (this.waiting.size > 200) this.waiting.delete(this.waiting.keys().next().value);
   }
 
-  #show(key, points, colour) {
+  #show(key, points, colour, { on, at: begun } = {}) {
     let line = this.drawn.get(key);
     if (!points.length) {
       if (line === undefined) return;
@@ -150,6 +169,7 @@ export class Board {
         this.upright.add(line.group);
       }
       line.show(points.flat(), colour);
+      Object.assign(line, { on, at: begun, shownAt: undefined });
     }
     this.changed();
   }

@@ -201,7 +201,7 @@ export class Headset {
     if (begins && !this.grab.begin(side, { tip, pose, aim, points: state.select })
       && this.drawing === null && this.canDraw) {
       this.drawing = side;
-      this.board.begin(this.tools.ink);
+      this.board.begin(this.tools.ink, this.room.objectNear(tip));
     }
     if (this.grab.holds(side)) {
       const [sideways, forwards] = (source.gamepad?.axes ?? []).slice(2);

@@ -7,9 +7,11 @@ import { COLOURS } from "shared/colours.js";
 import { OwnHands } from "shared/own_hands.js";
 import { Detail } from "shared/detail.js";
 import { Sharpness } from "shared/sharpness.js";
+import { Asked } from "live/asked.js";
 import { Board } from "live/board.js";
 import { Headset } from "live/headset.js";
 import { LiveRoom } from "live/live_room.js";
+import { Attention } from "live/things/attention.js";
 import { Media } from "live/media/media.js";
 import { Labels, Panel } from "live/panel.js";
 import { People } from "live/people.js";
@@ -44,10 +46,11 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
   const room = new LiveRoom(canvas, manifest, files, changed);
   const control = new CameraControl(room.camera, canvas, manifest.views, changed, manifest.footprint);
   const people = new People(room.scene, readShapes(await files.figure()));
-  const board = new Board(room.upright, link, changed);
+  const board = new Board(room.upright, link, changed, (id) => room.objects.get(id)?.pose);
   const surfaces = new Surfaces(room.upright, changed);
   const bodies = new Bodies(room.upright, changed);
   const proposals = new Proposals(room, changed);
+  const attention = new Attention(room);
   const things = new Things(link, showThing);
   const tools = new Tools(canvas, room, board, control, changed);
   const picker = new Picker(things, bodies, proposals, room.upright);
@@ -66,6 +69,7 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
       else notice("They show no body at the moment.");
     },
   });
+  const asked = new Asked(link, byId("asked"), byId("asks").content);
   const media = new Media({ link, people, surfaces, panel, room, changed, notice });
   let you = null;
   let isLoaded = false;
@@ -87,6 +91,7 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
       things.takeWhole(you, message.state);
       take.people(message);
       media.welcome(message);
+      asked.begin(message.role);
       showObjects();
     },
     rights(message) {
@@ -210,6 +215,7 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
   };
 
   function onKey(event) {
+    if (event.target.closest?.("#asked")) return;
     fast = event.shiftKey;
     const isUndo = event.code === "KeyZ" && (event.ctrlKey || event.metaKey);
     if (isUndo && !byId("undo").hidden) board.undo();
@@ -285,6 +291,8 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
     const eye = room.camera.getWorldPosition(new THREE.Vector3());
     if (room.step(now)) changed();
     proposals.step();
+    if (board.step()) changed();
+    if (attention.step(people, you)) changed();
     if (people.step(now, eye, headset.isOn)) changed();
     panel.showAge(now - link.heardAt);
     media.step(now, room.camera);
@@ -331,7 +339,7 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
   // For whoever drives this page: the browser's console, and the program's tests.
   window.live = {
     room, people, board, surfaces, tools, headset, control, link, media, setMode, detail, things,
-    bodies, proposals,
+    bodies, proposals, attention,
     drawn: () => drawn,
     isWhole: () => isLoaded,
     sharpness: () => sharpness.shown,

@@ -109,14 +109,19 @@ export class Tools {
 
   /** The surface under a place of the page, in upright axes; null where none is. */
   pick(x, y) {
-    const { camera, upright } = this.room;
+    const found = this.room.hit(...this.#rayAt(x, y));
+    return found === null ? null : this.room.upright.worldToLocal(found).toArray();
+  }
+
+  /** Origin and direction in the world of what is under a place of the page. */
+  #rayAt(x, y) {
+    const { camera } = this.room;
     const place = new THREE.Vector2(
       (2 * x) / window.innerWidth - 1, 1 - (2 * y) / window.innerHeight);
     camera.updateMatrixWorld();
     const ray = new THREE.Raycaster();
     ray.setFromCamera(place, camera);
-    const found = this.room.hit(ray.ray.origin, ray.ray.direction);
-    return found === null ? null : upright.worldToLocal(found).toArray();
+    return [ray.ray.origin, ray.ray.direction];
   }
 
   #down(event) {
@@ -139,7 +144,7 @@ export class Tools {
     }
     this.held = event.pointerId;
     this.canvas.setPointerCapture(event.pointerId);
-    if (this.tool === "draw") this.board.begin(this.ink);
+    if (this.tool === "draw") this.board.begin(this.ink, this.room.objectAt(...this.#rayAt(...this.pointer)));
     this.#go();
   }
 

@@ -215,9 +215,9 @@ def test_a_token_is_replayed_in_vain_once_the_next_one_has_come(room):
     token = room.pair()
     guest, outbox = room.enter(token)
     room.drain(outbox)
-    assert room.session.is_known(token, 0)
+    assert room.session.known_by(token, 0)
     room.hear(guest, outbox, kind="seen", version=0)
-    assert not room.session.is_known(token, 0)
+    assert not room.session.known_by(token, 0)
     with pytest.raises(Refused, match="replaced"):
         room.enter(token)
     assert guest.outbox is outbox
@@ -230,8 +230,8 @@ def test_connected_people_get_fresh_tokens(room):
     assert "token" not in kinds(room.drain(outbox))
     room.session.tick(RENEW_NS)
     (fresh,) = [it for it in room.drain(outbox) if it["kind"] == "token"]
-    assert room.session.is_known(fresh["token"], TOKEN_NS + RENEW_NS - 1)
-    assert not room.session.is_known(welcome["token"], TOKEN_NS)
+    assert room.session.known_by(fresh["token"], TOKEN_NS + RENEW_NS - 1)
+    assert not room.session.known_by(welcome["token"], TOKEN_NS)
 
 
 def test_people_who_left_disappear_from_the_list(room):

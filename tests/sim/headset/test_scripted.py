@@ -55,12 +55,12 @@ def test_at_the_end_they_stay():
 
 def test_lines_grow_and_are_sent_once():
     person = ScriptedPerson(Script(RemoteSettings("grace", ALONG, draws=(LINE,)), 10.0))
-    assert person.new_lines(0.1) == []
-    half, whole = person.new_lines(0.45)[0], person.new_lines(0.8)[0]
+    assert person.new_things(0.1) == []
+    half, whole = person.new_things(0.45)[0], person.new_things(0.8)[0]
     assert half["line"] == whole["line"] == "grace-1"
     assert WORLD_FROM_GLTF @ np.array(half["points"])[-1] == pytest.approx((0.5, 0.0, 1.0))
     assert WORLD_FROM_GLTF @ np.array(whole["points"])[-1] == pytest.approx((1.0, 0.0, 1.0))
-    assert person.new_lines(0.9) == []
+    assert person.new_things(0.9) == []
 
 
 def test_a_scenario_without_remote_people_is_refused():

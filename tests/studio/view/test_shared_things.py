@@ -7,10 +7,19 @@ from scenes.cameras import Pinhole
 from scenes.frames import look_at
 from scenes.pose import Pose
 from scenes.render.native import NativeRenderer
-from scenes.state import PRIMITIVE_SHAPES, Proposal, SharedPrimitive
+from scenes.splats import SplatCloud
+from scenes.state import (
+    PRIMITIVE_SHAPES,
+    Avatar,
+    ObjectModel,
+    Proposal,
+    SceneState,
+    SharedPrimitive,
+)
 from studio.view.shared_things import (
     MET,
     OPEN,
+    attention_rings,
     met_proposals,
     primitive_splats,
     proposed_splats,
@@ -77,3 +86,24 @@ def test_a_proposal_is_a_tinted_copy_that_turns_green(tiny):
         off = np.abs(posed.cloud.colours().mean(axis=0) - colour).max()
         assert off < np.abs(item.splats.colours().mean(axis=0) - colour).max()
         assert (posed.cloud.opacities < item.splats.opacities).all()
+
+
+def test_a_ring_of_light_is_around_what_somebody_points_at():
+    splats = SplatCloud(
+        np.zeros((1, 3), np.float32),
+        np.full((1, 3), 0.1, np.float32),
+        np.array([[1, 0, 0, 0]], np.float32),
+        np.ones(1, np.float32),
+        np.zeros((1, 1, 3), np.float32),
+    )
+    at = Pose.from_yaw(0.3, (1.0, 2.0, 0.0))
+    chair = ObjectModel("chair", "Chair", "chair", splats, (0.6, 0.8, 1.0), 0.0, at)
+    eye = np.array([0.0, 0.0, 1.6])
+    ray = np.stack([eye, [1.0, 2.0, 0.5]])
+    looks = Avatar("p1", "remote", look_at(eye, ray[1]))
+    points = Avatar("p2", "remote", look_at(eye, ray[1]), ray=ray)
+    assert attention_rings(SceneState(avatars={"p1": looks}), [chair]) == []
+    (ring,) = attention_rings(SceneState(avatars={"p1": looks, "p2": points}), [chair])
+    assert np.allclose(np.linalg.norm(ring - at.translation, axis=1), chair.sphere()[1])
+    assert np.allclose(ring[:, 2], 0.0)
+    assert np.allclose(ring[0], ring[-1])

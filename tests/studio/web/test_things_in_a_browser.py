@@ -1,13 +1,26 @@
 """Shapes, carried pictures and proposals in a real browser against the real hub."""
 
+import os
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from devices.hub.roles import Role
 from scenes.pose import Pose
-from scenes.state import LiveSurface, SceneState, TrackedObject, TrackState, reduce_state
+from scenes.state import (
+    LiveSurface,
+    SceneState,
+    TrackedObject,
+    TrackState,
+    lines_now,
+    reduce_state,
+)
+
+PICTURES = os.environ.get("NEXUS_TEST_PICTURES")
+"""Folder for pictures of the page, to be looked at."""
 
 READY = "document.documentElement?.dataset.state === 'ready'"
 JOINING = "document.documentElement?.dataset.state === 'join'"
@@ -253,3 +266,46 @@ def test_what_was_there_before_is_shown(page, hub, echo, invite_guest):
     assert drawn == ["filmed:p1/s", "surface:p1/s"]
     # Nobody has clicked anything here, so that the browser lets no sound begin.
     assert [words for words in page.messages if "AudioContext" not in words] == []
+
+
+def test_a_line_on_an_object_goes_along_and_who_points_has_a_ring(inside, echo, invite_guest):
+    inside.wait_for("live.room.objects.get('box-1').pose !== undefined")
+    choose(inside, "draw")
+    inside.evaluate("document.querySelectorAll('#inks button')[1].click()")
+    places = [seen_at(inside, x, 0.3, 0.0) for x in (0.2, 0.25, 0.3, 0.4, 0.4)]
+    drag(inside, places[0], *places)
+    line = echo.until(lambda state: only(state.annotations))
+    assert line.object_id == "box-1"
+    before = line.points_in_world.mean(axis=0)
+    echo.place(-0.6, 0.2, yaw=0.5)
+    inside.wait_for("live.place('box-1')[0] < -0.59")
+    (now,) = lines_now(echo.state)
+    assert now.points_in_world.mean(axis=0)[0] < before[0] - 0.7
+    group = "[...live.board.drawn.values()][0].group"
+    inside.wait_for(f"{group}.position.length() > 0.5")
+    # Of the page and of the session, the line's first place is the same one.
+    x, y, z = line.points_in_world[0]
+    seen = inside.evaluate(
+        "((group) => { group.updateWorldMatrix(true, false);"
+        f"return group.localToWorld(group.position.clone().set({x}, {z}, {-y})).toArray();"
+        f"}})({group})"
+    )
+    np.testing.assert_allclose(seen, now.points_in_world[0], atol=0.02)
+
+    guest = invite_guest("Grace")
+    tools = invite_guest.tools
+    head = tools.facing((0.0, 1.6, 1.0), 0.0)
+    for _ in range(5):
+        guest.send(room_from_head=head, ray=np.array([[0.0, 1.4, 1.0], [-0.6, 0.2, -0.2]]))
+        time.sleep(0.1)
+    inside.wait_for("live.attention.shown().join() === 'p2,box-1'")
+    if PICTURES:
+        for _ in range(20):
+            guest.send(room_from_head=head, ray=np.array([[0.0, 1.4, 1.0], [-0.6, 0.2, -0.2]]))
+            time.sleep(0.1)
+        Image.fromarray(inside.picture()).save(Path(PICTURES) / "attention.png")
+    for _ in range(5):
+        guest.send(room_from_head=head)
+        time.sleep(0.1)
+    inside.wait_for("live.attention.shown().length === 0")
+    assert inside.messages == []

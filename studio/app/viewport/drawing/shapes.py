@@ -20,6 +20,7 @@ from scenes.state import (
     Proposal,
     SceneState,
     SharedPrimitive,
+    lines_now,
 )
 from studio.app.model.documents.added_mesh import Geometry
 from studio.app.model.documents.document import Primitive, TwinEdits, shown_pose
@@ -214,7 +215,7 @@ def shapes_of(
     if shown.avatars:
         found += people_shapes(state, crowd or Crowd(), seen_by=seen_by)
     if shown.annotations:
-        for line in state.annotations.values():
+        for line in lines_now(state):
             found.append(Line(f"note {line.annotation_id}", line.points_in_world, line.colour, 4.0))
         for body in state.primitives.values():
             found += shared_solids(body)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scenes.cameras import Pinhole
 from scenes.pose import Pose
 from scenes.render.renderer import PosedSplats
-from scenes.state import SceneState, TrackState
+from scenes.state import SceneState, TrackState, lines_now
 from studio.app.viewport.drawing.mesh_picture import MeshPicture
 from studio.app.viewport.drawing.pacing import FULL, Grade
 from studio.app.viewport.drawing.scene_drawing import SceneDrawing
@@ -160,6 +160,6 @@ def _outline(
         # Nobody sees their own face, and who is not among the shapes is hidden by the user.
         if avatar.user_id != view.seen_by and f"avatar {avatar.user_id} body" in drawn:
             draw_avatar(picture, view.camera, view.world_from_camera, avatar)
-    for line in view.state.annotations.values():
+    for line in lines_now(view.state):
         if f"note {line.annotation_id}" in drawn:
             draw_line(picture, view.camera, view.world_from_camera, line)

@@ -6,6 +6,7 @@ import pytest
 from devices.hub.messages import Do, OpError
 from devices.hub.roles import Op
 from devices.hub.things.board import (
+    HOLD_NS,
     MAX_LINES,
     MAX_POINTS_IN_ALL,
     MAX_PRIMITIVES,
@@ -223,7 +224,7 @@ def test_nobody_takes_all_the_room(board, make, most, each):
     board.do("p1", make("n0", 5.0), now_ns=0)
     for person in range(2, most // each + 1):
         for number in range(each):
-            board.do(f"p{person}", make(f"n{number}"), now_ns=0)
+            board.do(f"p{person}", make(f"n{number}"), now_ns=2 * person * HOLD_NS)
     with pytest.raises(OpError, match=f"{most} p"):
         board.do("last", make("more"), now_ns=0)
 
@@ -233,3 +234,23 @@ def test_a_proposal_has_its_owners_name(board):
     assert board.whole()["proposals"]["p1/a"]["name"] == "Ann"
     with pytest.raises(OpError, match="somebody else"):
         board.do("p2", proposal("p1/a", object_id=""), now_ns=0)
+
+
+def test_who_moves_an_object_first_has_it_until_they_let_go(board):
+    """Two people move the same chair: the hub's order decides, and everybody has its log."""
+    board.do("p1", proposal("a"), now_ns=0, name="Ann")
+    with pytest.raises(OpError, match="Ann is moving it"):
+        board.do("p2", proposal("b", 1.0), now_ns=HOLD_NS // 2, name="Ben")
+    board.do("p2", proposal("c", object_id="chair-2"), now_ns=HOLD_NS // 2, name="Ben")
+    board.do("p1", proposal("a", 0.1), now_ns=HOLD_NS // 2, name="Ann")
+    with pytest.raises(OpError):
+        board.do("p2", proposal("b", 1.0), now_ns=HOLD_NS, name="Ben")
+    board.do("p2", proposal("b", 1.0), now_ns=2 * HOLD_NS, name="Ben")
+    with pytest.raises(OpError, match="Ben is moving it"):
+        board.do("p1", proposal("a", 0.2), now_ns=2 * HOLD_NS + 1, name="Ann")
+    assert set(board.whole()["proposals"]) == {"p1/a", "p2/b", "p2/c"}
+    # Taking it away lets go at once, and so does leaving.
+    board.do("p2", proposal("b", object_id=""), now_ns=2 * HOLD_NS + 2, name="Ben")
+    board.do("p1", proposal("a", 0.2), now_ns=2 * HOLD_NS + 3, name="Ann")
+    board.forget("p1")
+    board.do("p2", proposal("b", 1.0), now_ns=2 * HOLD_NS + 4, name="Ben")

@@ -70,6 +70,7 @@ def test_what_the_room_draws_itself_is_found():
 
 
 THINGS = (
+    Drawn(Op.LINE, "p1/l", ROOM, SQUARE, room_from_thing=POSE, object_id="chair-1"),
     Drawn(Op.SURFACE, "p1/s", ROOM, SQUARE, seen=SQUARE + 1),
     Drawn(Op.PRIMITIVE, "p1/b", "p1", shape="arrow", size_m=(0.5, 0.1, 0.2), room_from_thing=POSE),
     Drawn(Op.PROPOSE, "p1/c", "p1", room_from_thing=POSE, object_id="chair-1", name="Ann"),

@@ -82,3 +82,15 @@ def test_a_name_is_short():
     assert read_key({"line": "p1/a"}, "line") == "p1/a"
     with pytest.raises(MessageError, match="line"):
         read_key({"line": "x" * 41}, "line")
+
+
+def test_a_line_may_be_on_an_object():
+    line = {"line": "a", "points": [[0, 1, 0], [0, 1, 1]], "colour": [1, 0, 0]}
+    assert read_drawn(Op.LINE, line).object_id == ""
+    on = read_drawn(Op.LINE, {**line, "on": "chair-1", "at": [1, 0, 2, 0, 0, 0, 1]})
+    assert on.object_id == "chair-1"
+    np.testing.assert_array_equal(on.room_from_thing.translation, [1, 0, 2])
+    assert not read_drawn(Op.LINE, {"line": "a", "on": "chair-1"}).is_there
+    for wrong in ({"on": "chair-1"}, {"on": 3, "at": [0] * 7}, {"on": "chair-1", "at": [0] * 7}):
+        with pytest.raises(MessageError, match=r"at:|on:"):
+            read_drawn(Op.LINE, {**line, **wrong})

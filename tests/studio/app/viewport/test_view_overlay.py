@@ -76,3 +76,29 @@ def test_people_and_proposals_are_called_by_the_names_of_people(qapp, monkeypatc
         f"Ann 1: {called} here",
         f"✔ {called} stands as proposed by Ben 2",
     }
+
+
+def test_a_ring_is_painted_around_what_somebody_points_at(qapp, tiny):
+    eye = np.array([0.0, 0.0, 1.6])
+    item = tiny.scene.objects[0]
+    middle = item.world_from_object @ np.array([0.0, 0.0, 0.4])
+
+    def painted(ray):
+        image = QImage(400, 300, QImage.Format.Format_RGB32)
+        image.fill(0)
+        painter = QPainter(image)
+        camera = look_at(np.array([0.5, -3.0, 2.0]), middle)
+        overlay = Overlay(painter, Pinhole.from_fov(400, 300, 1.0), camera)
+        person = Avatar("p1", "remote", look_at(eye, middle), ray=ray)
+        overlay.attention(SceneState(avatars={"p1": person}), tiny.scene)
+        painter.end()
+        rows = [
+            (x, y) for y in range(300) for x in range(400) if image.pixelColor(x, y).red() > 200
+        ]
+        return np.array(rows).reshape(-1, 2)
+
+    assert len(painted(None)) == 0
+    ring = painted(np.stack([eye, middle]))
+    width, height = np.ptp(ring, axis=0)
+    assert width > 60  # an ellipse about the chair's foot, seen from above its height
+    assert 15 < height < width
