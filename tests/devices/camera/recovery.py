@@ -19,9 +19,8 @@ from devices.camera.receiver import CameraReceiver
 from devices.clock import WallClock
 from devices.insta360.commands import CameraInfo
 from devices.video import H264Encoder
-from sim.wire.feed import numbered_pictures
 from sim.wire.preview_server import PreviewServer
-from sim.wire.rtmp_push import RtmpPush, StreamOptions
+from sim.wire.rtmp_push import RtmpPush, StreamOptions, numbered_pictures
 from tests.devices.camera.parties.programs import (
     H264,
     PATTERN,

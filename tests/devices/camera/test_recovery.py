@@ -14,8 +14,7 @@ import pytest
 from devices.camera.address import parse_address
 from devices.camera.receiver import CameraReceiver
 from devices.clock import WallClock
-from sim.wire.feed import numbered_pictures
-from sim.wire.rtmp_push import RtmpPush
+from sim.wire.rtmp_push import RtmpPush, numbered_pictures
 from tests.devices.camera.parties.programs import free_port, wait_for
 from tests.devices.camera.recovery import (
     FPS,

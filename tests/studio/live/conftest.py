@@ -11,8 +11,7 @@ import pytest
 from devices.camera.address import parse_address
 from devices.camera.lenses.layout import Arrangement, LensLayout
 from devices.clock import WallClock
-from sim.wire.feed import FedPicture
-from sim.wire.rtmp_push import RtmpPush, StreamOptions
+from sim.wire.rtmp_push import FedPicture, RtmpPush, StreamOptions
 from studio.live.live import LiveSession
 from studio.live.setup import LiveSetup, Place
 from studio.session import opening

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sim.wire.feed import FedPicture
+from sim.wire.rtmp_push import FedPicture
 from studio.live.checks import live_checks
 from studio.session.preflight import run_checks, worst
 from tests.studio.live.conftest import FPS

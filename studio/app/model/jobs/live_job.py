@@ -199,7 +199,7 @@ class LiveJob(SceneJob):
         from studio.live.locating import RoomLocator
         from studio.live.people.doors import Doors
         from studio.live.people.hosting import invitations_for, join_line
-        from studio.live.recording_name import recording_in
+        from studio.live.setup import recording_in
 
         plan, clock, renderer = self.plan, WallClock(), NativeRenderer()
         hosting = plan.hosting

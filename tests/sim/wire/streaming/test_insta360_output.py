@@ -10,7 +10,7 @@ import pytest
 from devices.camera.address import parse_address
 from devices.camera.receiver import CameraReceiver
 from devices.clock import WallClock
-from sim.wire.feed import read_number
+from sim.wire.rtmp_push import read_number
 from sim.wire.streaming.insta360_output import Insta360Output, Insta360Ports
 
 

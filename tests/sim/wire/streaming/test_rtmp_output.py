@@ -8,7 +8,7 @@ import pytest
 from devices.camera.address import parse_address
 from devices.camera.receiver import CameraReceiver
 from devices.clock import WallClock
-from sim.wire.feed import read_number
+from sim.wire.rtmp_push import read_number
 from sim.wire.streaming.rtmp_output import RtmpOutput
 
 

@@ -9,7 +9,7 @@ import time
 import av
 import pytest
 
-from sim.wire.feed import read_number
+from sim.wire.rtmp_push import read_number
 from sim.wire.streaming.rtsp_output import RtspOutput, RtspPlace
 
 OPTIONS = {"fflags": "nobuffer", "flags": "low_delay", "probesize": "32768", "analyzeduration": "0"}
