@@ -18,9 +18,11 @@ from studio.session import opening
 
 LAYOUT = LensLayout(Arrangement.SIDE_BY_SIDE, (0, 0))
 FPS = 20
+LENS_PX = 128
+"""Side of a lens in the pictures that are pushed."""
 
 
-def textured(count=None, size=(256, 128)):
+def textured(count=None, size=(2 * LENS_PX, LENS_PX)):
     """Pictures with a texture that moves, at 20 Hz; bright enough for the light to pass."""
     generator = np.random.default_rng(3)
     ground = np.kron(generator.integers(60, 220, (16, 32, 3)), np.ones((8, 8, 1))).astype(np.uint8)

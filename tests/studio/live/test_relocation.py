@@ -10,7 +10,7 @@ import numpy as np
 from devices.camera.lenses.layout import Arrangement, LensLayout
 from devices.camera.lenses.lens_pictures import assumed_rig
 from devices.camera.received import Received
-from devices.camera.stream_picture import picture_from_rgb
+from devices.camera.stream_decoder import picture_from_rgb
 from devices.session_info import LiveStream
 from scenes.pose import Pose
 from studio.live.placing import PlacedCamera

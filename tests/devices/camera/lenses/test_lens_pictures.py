@@ -6,7 +6,7 @@ import pytest
 
 from devices.camera.lenses.layout import Arrangement, LensLayout
 from devices.camera.lenses.lens_pictures import assumed_rig, lens_pictures
-from devices.camera.stream_picture import StreamPicture, picture_from_rgb
+from devices.camera.stream_decoder import StreamPicture, picture_from_rgb
 from scenes.cameras import pixel_centres
 
 SIZE = 128

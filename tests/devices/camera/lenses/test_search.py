@@ -14,7 +14,7 @@ from benchmarks.random_rooms.room import random_room
 from devices.camera.lenses.layout import Arrangement, LensLayout
 from devices.camera.lenses.search import PAIRS_OF_TURNS, darkness_outside, find_layout, shrunk
 from devices.camera.lenses.upright_evidence import rim_agreement, small_lens_picture, upright_nats
-from devices.camera.stream_picture import StreamPicture, picture_from_rgb
+from devices.camera.stream_decoder import StreamPicture, picture_from_rgb
 from sim.bodies import Placement, body_of_object
 from sim.camera.camera360 import Camera360, CameraOptions, default_rig
 
