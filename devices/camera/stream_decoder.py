@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from typing import Any, cast
 
 import av
-import cv2
 import numpy as np
 from av.codec.context import ThreadType
 from av.error import FFmpegError
@@ -290,17 +289,6 @@ def picture_of(frame: VideoFrame) -> StreamPicture:
         for plane, shape in zip(frame.planes, ((height, width), half, half), strict=True)
     )
     return StreamPicture(y, u, v, is_full, matrix)
-
-
-def picture_from_rgb(rgb: NDArray[np.uint8]) -> StreamPicture:
-    """The planes of an RGB picture (H, W, 3), H and W even, BT.601 full range as in JPEG."""
-    ycc = cv2.cvtColor(rgb, cv2.COLOR_RGB2YCrCb)
-    half = (rgb.shape[1] // 2, rgb.shape[0] // 2)
-    v, u = (
-        np.asarray(cv2.resize(ycc[..., k], half, interpolation=cv2.INTER_AREA), np.uint8)
-        for k in (1, 2)
-    )
-    return StreamPicture(np.array(ycc[..., 0], np.uint8), u, v, True, "bt601")
 
 
 def _plane(plane: Any, shape: tuple[int, int]) -> Plane:

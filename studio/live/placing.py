@@ -27,9 +27,6 @@ PICTURES = 3
 SURE = 0.95
 """Probability of a layout from which nobody needs to be asked."""
 
-SHOWN_LENS_PX = 720
-"""Side of the lens pictures that people look at to confirm a layout."""
-
 
 class PlacingError(ValueError):
     """A camera that cannot be used yet: says what was seen and what to do."""

@@ -20,7 +20,6 @@ from devices.clock import WallClock
 from devices.insta360.commands import CameraInfo
 from devices.video import H264Encoder
 from sim.wire.preview_server import PreviewServer
-from sim.wire.rtmp_push import RtmpPush, StreamOptions, numbered_pictures
 from tests.devices.camera.parties.programs import (
     H264,
     PATTERN,
@@ -30,6 +29,7 @@ from tests.devices.camera.parties.programs import (
     running,
     wait_for,
 )
+from tests.pushed_camera import RtmpPush, StreamOptions, numbered_pictures
 
 SIZE, OTHER_SIZE = (640, 320), (480, 240)
 FPS = 30

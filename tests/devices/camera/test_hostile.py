@@ -24,8 +24,8 @@ from devices.camera.rtmp.chunks import HANDSHAKE_BYTES, encode_message
 from devices.clock import WallClock
 from devices.video import H264Encoder
 from sim.wire.flv_packets import avc_header, avc_picture
-from sim.wire.rtmp_push import RtmpPush, numbered_pictures, read_number
 from tests.devices.camera.parties.programs import free_port, wait_for
+from tests.pushed_camera import RtmpPush, numbered_pictures, read_number
 
 STREAMS = 1000
 SIZE, FPS = (320, 160), 30

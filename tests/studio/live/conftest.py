@@ -11,10 +11,10 @@ import pytest
 from devices.camera.address import parse_address
 from devices.camera.lenses.layout import Arrangement, LensLayout
 from devices.clock import WallClock
-from sim.wire.rtmp_push import FedPicture, RtmpPush, StreamOptions
 from studio.live.live import LiveSession
 from studio.live.setup import LiveSetup, Place
 from studio.session import opening
+from tests.pushed_camera import FedPicture, RtmpPush, StreamOptions
 
 LAYOUT = LensLayout(Arrangement.SIDE_BY_SIDE, (0, 0))
 FPS = 20

@@ -17,7 +17,7 @@ from devices.clock import WallClock
 from devices.insta360.commands import CameraInfo
 from devices.video import H264Encoder
 from sim.wire.preview_server import PreviewFaults, PreviewServer
-from sim.wire.rtmp_push import numbered_pictures, read_number
+from tests.pushed_camera import numbered_pictures, read_number
 
 SIZE = (320, 160)
 INFO = CameraInfo("IXSE42", "Insta360 X4", "v1.4.6", 0.8)

@@ -13,7 +13,7 @@ from scenes.pose import Pose
 from sim.camera.camera360 import default_rig
 from sim.wire.film.film_file import read_film
 from sim.wire.film.found import film_recording, film_video
-from sim.wire.rtmp_push import numbered_pictures, read_number
+from tests.pushed_camera import numbered_pictures, read_number
 
 SIZE = (320, 160)
 

@@ -15,13 +15,7 @@ from devices.messages import EncodedFrame
 from devices.video import H264Encoder
 from scenes.workers.task import Task
 from sim.wire.flv_packets import avc_header, avc_picture
-from sim.wire.rtmp_client import RtmpClient
-
-RETRY_S = 0.5
-"""Seconds between attempts to connect again."""
-
-STALLED_S = 3.0
-"""Seconds of no progress in sending after which the camera gives a connection up."""
+from sim.wire.rtmp_client import RETRY_S, STALLED_S, RtmpClient
 
 Picture = NDArray[np.uint8]
 
