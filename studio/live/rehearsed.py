@@ -308,7 +308,7 @@ class SimulatedCamera:
         self._process = ChildProcess(
             module_command("studio.cli", "simulate", "camera", *words),
             stdin=subprocess.PIPE,
-            heard=self._take_event,
+            on_line=self._take_event,
             last_words=LAST_WORDS,
         )
 
