@@ -18,9 +18,6 @@ from scenes.render.native import NativeRenderer
 from scenes.render.renderer import PosedSplats, RenderOptions
 
 WIDTH, HEIGHT = 960, 600
-"""Size of pages whose pictures are compared, px."""
-SMALL = (640, 400)
-"""Size of pages of which only behaviour is looked at, px: software draws them twice as fast."""
 FIELD_OF_VIEW_DEG = 62.0
 BLANK = 12.0
 READY = "document.documentElement?.dataset.state === 'ready'"
@@ -37,20 +34,10 @@ def guest(step):
 
 @pytest.fixture
 def shown(chromium, lab_page):
-    """The lab's page, freshly opened and small."""
-    return opened(chromium, lab_page, SMALL)
-
-
-@pytest.fixture
-def large(chromium, lab_page):
-    """The lab's page, freshly opened and large."""
-    return opened(chromium, lab_page, (WIDTH, HEIGHT))
-
-
-def opened(chromium, page, size_px):
+    """The lab's page, freshly opened."""
     chromium.requests.clear()
     chromium.messages.clear()
-    chromium.open(page, width=size_px[0], height=size_px[1])
+    chromium.open(lab_page, width=WIDTH, height=HEIGHT)
     chromium.wait_for(READY)
     return chromium
 
@@ -88,12 +75,12 @@ def test_words_are_in_the_face_that_the_page_brings_along(shown):
     }
 
 
-def test_the_room_and_its_objects_look_as_the_renderer_draws_them(large, lab):
-    bare(large)
-    large.evaluate("viewer.seek(2000)")
-    picture = settled(large)
+def test_the_room_and_its_objects_look_as_the_renderer_draws_them(shown, lab):
+    bare(shown)
+    shown.evaluate("viewer.seek(2000)")
+    picture = settled(shown)
 
-    eye, target = large.evaluate("viewer.eye()"), large.evaluate("viewer.target()")
+    eye, target = shown.evaluate("viewer.eye()"), shown.evaluate("viewer.target()")
     wanted, elsewhere = (
         drawn_here(lab, eye, target, Pose.from_yaw(yaw, place))
         for yaw, place in ((1.0, CHAIR_TO), (0.0, CHAIR_FROM))
@@ -109,11 +96,11 @@ def test_the_room_and_its_objects_look_as_the_renderer_draws_them(large, lab):
     assert nearer[matters].mean() > 0.9
 
 
-def test_a_chair_that_was_moved_darkens_the_floor_where_it_stands(large, lab):
-    bare(large)
-    large.evaluate("viewer.seek(2000)")
-    page = settled(large)
-    eye, target = (np.array(large.evaluate(f"viewer.{end}()")) for end in ("eye", "target"))
+def test_a_chair_that_was_moved_darkens_the_floor_where_it_stands(shown, lab):
+    bare(shown)
+    shown.evaluate("viewer.seek(2000)")
+    page = settled(shown)
+    eye, target = (np.array(shown.evaluate(f"viewer.{end}()")) for end in ("eye", "target"))
     unshaded = drawn_here(lab, eye, target, Pose.from_yaw(1.0, CHAIR_TO))
 
     def darker(radius_m):
@@ -271,15 +258,15 @@ def test_a_damaged_page_says_so(chromium, lab_page, tmp_path):
     assert not chromium.evaluate("document.getElementById('message').hidden")
 
 
-def test_a_slow_computer_s_picture_is_coarse_while_it_moves_and_fine_at_rest(large):
-    settled(large)
-    assert large.evaluate("viewer.sharpness()") == 0
+def test_a_slow_computer_s_picture_is_coarse_while_it_moves_and_fine_at_rest(shown):
+    settled(shown)
+    assert shown.evaluate("viewer.sharpness()") == 0
 
-    coarsest = large.evaluate(
+    coarsest = shown.evaluate(
         "(async () => { let most = 0; for (let i = 0; i < 6; i++) { viewer.seek(300 * i);"
         " await new Promise(requestAnimationFrame);"
         " most = Math.max(most, viewer.sharpness()); } return most; })()"
     )
     if coarsest == 0:
         pytest.skip("this computer draws the lab quickly: it is never coarse")
-    large.wait_for("viewer.sharpness() === 0", seconds=20)
+    shown.wait_for("viewer.sharpness() === 0", seconds=20)
