@@ -15,7 +15,7 @@ from devices.messages import EncodedFrame, Event, Frame
 from devices.session_info import LiveStream
 from scenes.cameras import Rig
 from scenes.pose import Pose
-from studio.session.sources import SessionInput, SessionMessage
+from studio.session.pipeline import SessionInput, SessionMessage
 
 STREAM_ID = "camera-360"
 """The camera's stream in a recording."""
