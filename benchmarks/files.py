@@ -98,8 +98,8 @@ def _photos_are_accounted_for(folder: Path, work: Path) -> bool:
     capture = gather(folder, work)
     names = {frame.name.casefold() for frame in capture.frames}
     files = {file.name for file in folder.iterdir()}
-    told = {frame.source for frame in capture.frames} | {r.source for r in capture.rejected}
-    return len(names) == len(capture.frames) and files == told
+    named = {frame.source for frame in capture.frames} | {r.source for r in capture.rejected}
+    return len(names) == len(capture.frames) and files == named
 
 
 def _splats_are_read(file: Path, work: Path) -> bool:

@@ -20,9 +20,9 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.evaluate.cutouts import marked, photos_of
-from scenes.builtin import scan_folder
 from scenes.harmonics import turned
 from scenes.mesh import PhysicalObject, PhysicalRoom
+from scenes.opening import scan_folder
 from scenes.package import ScenePackage, load_package, save_package
 from scenes.prepare.cutout.cutout import cut_out
 from scenes.prepare.cutout.marks.masks import GrabCutMasks

@@ -2,20 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-import numpy as np
-from numpy.typing import NDArray
-
-from devices.camera.lenses.lens_pictures import lens_pictures
+from devices.camera.lenses.lens_pictures import LensPictures, stream_images
 from devices.camera.stream_decoder import StreamDecoder
-from devices.camera.stream_picture import StreamPicture
 from devices.camera.units import StreamFormat, Unit
 from devices.messages import EncodedFrame
 from devices.session_info import LiveStream, SessionInfo
 from devices.video import H264Decoder, split_lenses
-
-LensPictures = tuple[NDArray[np.uint8], ...]
 
 
 class PacketPictures:
@@ -57,15 +49,3 @@ class PacketPictures:
         if decoded is None or not is_wanted:
             return None
         return stream_images(decoded.pictures, stream)
-
-
-def stream_images(pictures: Sequence[StreamPicture], stream: LiveStream) -> LensPictures:
-    """Upright lens pictures of what a live camera showed, as `Frame.images` holds them.
-
-    Args:
-        pictures: one for all lenses, or one a track.
-        stream: how they hold the lenses; of several tracks, how each of them does.
-    """
-    size = stream.lens_size_px
-    made = [lens_pictures(picture, stream.layout, lens_size_px=size) for picture in pictures]
-    return tuple(image for images in made for image in images)

@@ -18,9 +18,9 @@ from av.video.frame import VideoFrame
 from av.video.reformatter import ColorRange, Colorspace, Interpolation
 from numpy.typing import NDArray
 
-from devices.camera.stream_picture import picture_of
+from devices.camera.lenses.lens_pictures import LensPictures, stream_images
+from devices.camera.stream_decoder import picture_of
 from devices.messages import EncodedFrame
-from devices.packet_pictures import LensPictures, stream_images
 from devices.session_info import SessionInfo
 from devices.video import split_lenses
 

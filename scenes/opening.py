@@ -1,4 +1,7 @@
-"""Opening a scene by whatever the user has: a built-in room's name, a package, a splat file."""
+"""Opening a scene by whatever the user has: a built-in room's name, a package, a splat file.
+
+Scans of the built-in rooms come with the program, made by `benchmarks/scan_built_in.py`.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 
-from scenes.builtin import open_builtin
 from scenes.formats.registry import is_in_world_frame, read_splats
 from scenes.formats.sog import is_sog_folder
 from scenes.frames import WORLD_FROM_FORWARD_CAMERA
@@ -61,3 +63,20 @@ def _package_of_splats(path: Path) -> ScenePackage:
         physical=None,
         stages=(Stage("open", "; ".join([f"splat file {path.name}", *left_out])),),
     )
+
+
+def scan_folder(name: str) -> Path:
+    """Folder that the scan of a built-in room is kept in."""
+    return Path(__file__).parent / "samples" / "scans" / f"{name}.gnx"
+
+
+def open_builtin(name: str) -> ScenePackage:
+    """The scan of a built-in room.
+
+    Args:
+        name: one of `scenes.samples.SAMPLE_NAMES`.
+
+    Raises:
+        PackageError: the program's files are damaged.
+    """
+    return load_package(scan_folder(name))

@@ -23,7 +23,7 @@ from benchmarks.bake.surface import (
     positions,
     scatter,
 )
-from scenes.zcurve import z_order
+from scenes.render.reduction import z_order
 
 FloatArray = NDArray[np.float64]
 IndexArray = NDArray[np.int64]

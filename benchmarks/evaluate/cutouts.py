@@ -44,7 +44,7 @@ MIN_TURN_RAD = 0.5
 
 
 @dataclass(frozen=True, slots=True)
-class CutScore:
+class CutoutScore:
     """How well an object was cut out.
 
     Attributes:
@@ -77,7 +77,7 @@ def score_cutouts(
     renderer: NativeRenderer,
     folder: Path,
     progress: Progress,
-) -> list[CutScore]:
+) -> list[CutoutScore]:
     """Cut out one object after the other, each from the room as it was prepared.
 
     The boxes are those around the object's true outline, padded: what a careful person draws. The
@@ -98,7 +98,7 @@ def score_cutouts(
             # An object that no photo shows whole is skipped; the others are scored.
             log.warning("%s was not cut out: %s", item.object_id, refused)
             off_cm = 100 * max(item.box_m)
-            scores.append(CutScore(item.object_id, 0.0, 0.0, 0.0, agree, off_cm, exact=True))
+            scores.append(CutoutScore(item.object_id, 0.0, 0.0, 0.0, agree, off_cm, exact=True))
             continue
         last = cut.package.cuts[-1]
         found = np.zeros(len(package.room), dtype=bool)
@@ -106,7 +106,7 @@ def score_cutouts(
         sizes = np.sort(cut.box.size_m[:2]) - np.sort(item.box_m[:2])
         error_m = max(float(np.abs(sizes).max()), abs(cut.box.size_m[2] - item.box_m[2]))
         scores.append(
-            CutScore(
+            CutoutScore(
                 item.object_id,
                 overlap(found, by_mesh == number),
                 overlap(found, untied == number),

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.evaluate.cutouts import CutScore, score_cutouts
+from benchmarks.evaluate.cutouts import CutoutScore, score_cutouts
 from benchmarks.evaluate.true_labels import triangles_of
 from scenes.mesh import PhysicalRoom
 from scenes.package import load_package
@@ -225,7 +225,7 @@ def posed_photos(
     )
 
 
-def cut_rows(scores: Sequence[CutScore]) -> list[Row]:
+def cut_rows(scores: Sequence[CutoutScore]) -> list[Row]:
     """The worst object's overlap and box, and whether every cut was exact."""
     worst_cm = max(score.box_error_cm for score in scores)
     return [

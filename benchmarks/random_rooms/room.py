@@ -3,24 +3,34 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.random_rooms.families import FAMILIES
-from benchmarks.random_rooms.finishes import add_highlight, add_scanned_highlight
+from benchmarks.random_rooms.finishes import (
+    DARK,
+    PATTERNED,
+    PLAIN,
+    add_highlight,
+    add_scanned_highlight,
+    random_finish,
+)
 from benchmarks.random_rooms.furniture import UNDER
 from benchmarks.random_rooms.lighting import RoomLight, room_light
-from benchmarks.random_rooms.movable import ATLAS_PX, TOP, Movable
+from benchmarks.random_rooms.movable import ATLAS_PX, FLOOR, SEAT, TOP, Movable, movable, part
 from benchmarks.random_rooms.outlines import outline_of, overlaps, upright
+from benchmarks.random_rooms.packed import book, carton, cereal_box, laptop, suitcase
 from benchmarks.random_rooms.placing import STAND_HALF_M, Ground, ground_of, place_all
 from benchmarks.random_rooms.plan import Plan, random_plan
+from benchmarks.random_rooms.seats import armchair, dining_chair, stool, swivel_chair
+from benchmarks.random_rooms.turned import ball, bottle, lamp, mug, plant_pot, side_table
 from scenes.frames import look_at
 from scenes.mesh import PhysicalObject, PhysicalRoom
 from scenes.pose import Pose
 from scenes.samples.pictures.atlas import mesh_from_surfaces
+from scenes.samples.shapes import Surface
 
 FloatArray = NDArray[np.float64]
 
@@ -41,9 +51,11 @@ CAMERA_PLACES = 4
 """Free places for the camera that are compared; the one nearest to a table is taken. Small objects
 stand on tables, and are judged only where the camera sees 24 px of them."""
 
-
 CAMERA_MARGIN = 0.22
 """Share of the room's sides that the camera keeps from the walls: people put it in the middle."""
+
+GRID = 14
+"""Cells along a side of a cushion's face."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -239,3 +251,53 @@ def _halfway(towards_light: FloatArray, towards_eye: FloatArray) -> FloatArray:
         towards_eye
     )
     return total / max(float(np.linalg.norm(total)), 1e-9)
+
+
+def cushion(rng: np.random.Generator) -> Movable:
+    """A lying cushion, thick in the middle and flat at its seam."""
+    finish = random_finish(rng, kinds=(PLAIN, PATTERNED, DARK))
+    w = float(rng.uniform(0.34, 0.55))
+    is_square = rng.random() < 0.5
+    d = w if is_square else w * float(rng.uniform(0.6, 0.8))
+    t = float(rng.uniform(0.1, 0.17))
+    u = np.linspace(-1.0, 1.0, GRID + 1)
+    x, y = np.meshgrid(u, u)
+    bulge = ((1 - np.abs(x) ** 3.2) * (1 - np.abs(y) ** 3.2)) ** 0.5
+    # Sides bend inwards between the corners, as they do on a filled cover.
+    rim = np.maximum(np.abs(x), np.abs(y)) ** 4
+    inward = 1.0 - 0.07 * rim * (1.0 - np.abs(x * y))
+    px, py = 0.5 * w * x * inward, 0.5 * d * y * inward
+    upper = np.stack([px, py, 0.5 * t * bulge], axis=2)[::-1]
+    lower = np.stack([px, py, -0.5 * t * bulge], axis=2)
+    surfaces = [
+        Surface(upper, finish.material(w, d)),
+        Surface(lower, finish.material(w, d)),
+    ]
+    even = 4 if is_square else 2
+    return movable(
+        "cushion", surfaces, [part((0.0, 0.0, 0.0), (0.42 * w, 0.42 * d, t / 2))], finish=finish,
+        mass_kg=0.6, symmetry=even if finish.is_even else 1, on=(FLOOR, SEAT),
+    )  # fmt: skip
+
+
+Build = Callable[[np.random.Generator], Movable]
+"""A random member of one family."""
+
+FAMILIES: Mapping[str, Build] = {
+    "swivel-chair": swivel_chair,
+    "dining-chair": dining_chair,
+    "armchair": armchair,
+    "stool": stool,
+    "side-table": side_table,
+    "suitcase": suitcase,
+    "carton": carton,
+    "cushion": cushion,
+    "plant-pot": plant_pot,
+    "lamp": lamp,
+    "laptop": laptop,
+    "bottle": bottle,
+    "cereal-box": cereal_box,
+    "book": book,
+    "mug": mug,
+    "ball": ball,
+}

@@ -79,7 +79,7 @@ class _Part:
         self.process = ChildProcess(
             command,
             stdin=subprocess.PIPE,
-            heard=self._lines.put,
+            on_line=self._lines.put,
             last_words=20,
             environment=module_environment(),
         )

@@ -112,5 +112,5 @@ async def _read(
 
 if __name__ == "__main__":
     given = read_orders()
-    told: dict[str, Any] = json.loads(sys.stdin.readline())
-    asyncio.run(run_clients(given, told["urls"], codes=told["codes"]))
+    orders: dict[str, Any] = json.loads(sys.stdin.readline())
+    asyncio.run(run_clients(given, orders["urls"], codes=orders["codes"]))

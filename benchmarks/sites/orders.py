@@ -11,7 +11,7 @@ from typing import Any
 
 from devices.transport.keys import MemberRole
 from devices.transport.passes import Pass, read_pass
-from devices.transport.transport import Answer, Heard, Transport
+from devices.transport.transport import Answer, Handler, Transport
 
 OBJECTS = 12
 """Objects of a room, all of which move: as many as the lab has."""
@@ -97,13 +97,13 @@ class Counted:
         self.sent_bytes += len(data) + len(key)
         self._inner.put(key, data)
 
-    def subscribe(self, pattern: str, heard: Heard) -> Any:
+    def subscribe(self, pattern: str, handler: Handler) -> Any:
         """Count what is heard."""
 
         def hear(key: str, data: bytes) -> None:
             self.heard += 1
             self.heard_bytes += len(data) + len(key)
-            heard(key, data)
+            handler(key, data)
 
         return self._inner.subscribe(pattern, hear)
 

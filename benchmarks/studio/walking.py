@@ -15,9 +15,8 @@ from typing import Any, cast
 
 from scenes.package import ScenePackage
 from scenes.state import SceneState
-from studio.app.model.documents.document import Document, Marker
+from studio.app.model.documents.document import Change, Document, Marker
 from studio.app.model.documents.document_file import load_document, save_document
-from studio.app.model.history import Change
 from studio.app.model.jobs.scene_job import SceneJob
 from studio.app.model.runs.leaving import Answer, Leaving, Replacing
 from studio.app.model.runs.session_run import SessionRun

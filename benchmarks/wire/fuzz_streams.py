@@ -16,8 +16,7 @@ from devices.camera.annex_b import (
 )
 from devices.camera.rtmp.amf import AmfError, decode_amf, encode_amf
 from devices.camera.rtmp.chunks import HANDSHAKE_BYTES, RtmpError, encode_message
-from devices.camera.rtmp.flv_video import FlvVideo
-from devices.camera.rtmp.session import RtmpSession
+from devices.camera.rtmp.session import FlvVideo, RtmpSession
 from devices.camera.sources.unit_line import (
     Failed,
     LineError,

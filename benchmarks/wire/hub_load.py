@@ -78,7 +78,7 @@ def load_hub(clients: int, *, hz: float, seconds: float) -> LoadFigures:
     crowd = ChildProcess(
         module_command("benchmarks.wire.crowd"),
         stdin=subprocess.PIPE,
-        heard=hear,
+        on_line=hear,
         last_words=20,
         environment=module_environment(),
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 
-from devices.camera.stream_picture import StreamPicture
+from devices.camera.stream_decoder import StreamPicture
 
 
 class CameraState(StrEnum):

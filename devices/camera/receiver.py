@@ -9,8 +9,7 @@ from dataclasses import replace
 
 from devices.adapter import Sink
 from devices.camera.address import AddressKind, CameraAddress
-from devices.camera.backlog import Arrived
-from devices.camera.decoding import Decoding
+from devices.camera.decoding import Arrived, Decoding
 from devices.camera.received import CameraState, CameraStatus, Received
 from devices.camera.rtmp.listener import RtmpListener
 from devices.camera.sources.file_source import FileSource

@@ -3,8 +3,8 @@
 `server.py` (all that the program asks) with `contract.py` (settings and values); `port.py`
 (connections), `site.py` (HTTP), `connection.py` (one client's WebSocket). Below them no socket:
 `session.py` (what is shared), `attendance.py` `roles.py` (people), `elsewhere.py` (people of other
-hubs), `outbox.py` (what waits for a client) on `channels.py` (states, log, bodies), `inbox.py`
-(what the program takes); `telling.py` (what people are told); `messages.py` `fields.py` (text read
-and checked), `wire.py` (head, hands and controllers in bytes). Rooms: `entry/` (codes, tokens,
+hubs), `outbox.py` (what waits for a client) on `channels.py` (states, log, bodies, and the texts
+of rights and people), `inbox.py` (what the program takes); `messages.py` `fields.py` (text read and
+checked), `wire.py` (head, hands and controllers in bytes). Rooms: `entry/` (codes, tokens,
 certificates), `things/` (what people draw and put, and undo), `media/` (voice, video).
 """

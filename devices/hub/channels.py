@@ -5,11 +5,14 @@ from __future__ import annotations
 import json
 import math
 from collections import deque
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from devices.hub.roles import SPEAK, Person, may_speak
+from devices.hub.things.board import Board
 from devices.hub.things.drawn import DECIMALS, GLTF_FROM_WORLD
+from devices.hub.things.pen import Pen
 from devices.hub.wire import pack_item
 from scenes.frames import WORLD_FROM_GLTF
 from scenes.state import SceneState, TrackedObject
@@ -183,3 +186,45 @@ def to_list(values: list[Any]) -> str:
 
 def _joined(texts: Mapping[str, str]) -> str:
     return "{" + ",".join(f"{json.dumps(name)}:{text}" for name, text in texts.items()) + "}"
+
+
+def rights_of(person: Person, pen: Pen) -> list[str]:
+    """Return what somebody may do now, as they are told."""
+    return [*pen.rights(person), *([SPEAK] if may_speak(person) else [])]
+
+
+def rights_text(person: Person, pen: Pen) -> str:
+    """Return the message by which somebody learns what they may do."""
+    return to_text(
+        {
+            "kind": "rights",
+            "role": person.role,
+            "rights": rights_of(person, pen),
+            "muted": person.is_muted,
+        }
+    )
+
+
+def people_of(people: Iterable[Person], pen: Pen) -> list[dict[str, Any]]:
+    """Return everybody, as everybody is told of them."""
+    return [
+        {
+            "id": person.person_id,
+            "index": person.index,
+            "name": person.name,
+            "role": person.role,
+            "muted": person.is_muted,
+            "pen": bool(pen.rights(person)),
+            "microphone": person.has_microphone,
+        }
+        for person in people
+    ]
+
+
+def whole_text(fields: dict[str, Any], *, states: StateChannel, board: Board) -> str:
+    """Return a message of fields and the whole state of the room."""
+    state = (
+        f'{{"version":{states.version},"t_us":{states.t_us},"objects":{states.whole()},'
+        f"{to_text(board.whole())[1:]}"
+    )
+    return f'{to_text(fields)[:-1]},"state":{state}}}'

@@ -17,7 +17,11 @@ from devices.hub.channels import (
     LogChannel,
     PictureChannel,
     StateChannel,
+    people_of,
+    rights_of,
+    rights_text,
     to_text,
+    whole_text,
 )
 from devices.hub.contract import Arrived
 from devices.hub.elsewhere import Elsewhere, Others
@@ -32,7 +36,6 @@ from devices.hub.media.voice_room import VoiceRoom
 from devices.hub.messages import Do, Hello, OpError, Ping, Seen, read_message
 from devices.hub.outbox import Outbox, Sent
 from devices.hub.roles import Person, Role
-from devices.hub.telling import people_of, rights_of, rights_text, whole_text
 from devices.hub.things.board import Board
 from devices.hub.things.drawn import drawn_by_room
 from devices.hub.things.pen import Pen, can_hold_pen
@@ -252,10 +255,8 @@ class Session:
     def shown(self, now_ns: int) -> list[tuple[Person, bytes]]:
         """Return everybody who shows a body, and the newest of each."""
         here = self._attendance.listed(now_ns)
-        oldest_ns = now_ns - SHOWN_NS
-        return [
-            (each.person, each.body) for each in here if each.body and each.body_ns >= oldest_ns
-        ]
+        since_ns = now_ns - SHOWN_NS
+        return [(each.person, each.body) for each in here if each.body and each.body_ns >= since_ns]
 
     def change(
         self,
@@ -335,8 +336,7 @@ class Session:
             self._note("refused", text)
 
     def _welcome(self, visit: Visit, hello: Hello, *, now_ns: int) -> None:
-        guest, outbox = visit.guest, visit.outbox
-        person = guest.person
+        guest, person, outbox = visit.guest, visit.guest.person, visit.outbox
         entries = None if hello.log_seq is None else self.log.since(hello.log_seq)
         fields: dict[str, Any] = {
             "kind": "welcome",
@@ -380,8 +380,7 @@ class Session:
             outbox.put(text)
 
     def _tell_people(self, now_ns: int) -> None:
-        people = people_of(self._everybody(now_ns), self._pen)
-        text = to_text({"kind": "people", "people": people})
+        text = to_text({"kind": "people", "people": people_of(self._everybody(now_ns), self._pen)})
         for _guest, outbox in self._attendance.connected():
             outbox.put_people(text)
 

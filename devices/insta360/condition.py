@@ -20,7 +20,7 @@ PAUSE_S = 1.0
 """Time between two questions of a round: the vendor asks for no more than one a second."""
 
 LOW_BATTERIES = (0.2, 0.1, 0.05)
-"""Shares of the battery at which an operator is told: 12, 6 and 3 minutes of an hour."""
+"""Shares of the battery at which an operator is warned: 12, 6 and 3 minutes of an hour."""
 
 CARDS = {
     "pass": "ready",
@@ -102,14 +102,14 @@ class ConditionWatch:
         self._task.cancel()
 
     def _watch(self, task: Task[None]) -> None:
-        told = 1.0
+        announced = 1.0
         while not task.is_cancelled:
             try:
                 self._last = self._ask(task)
             except CameraError:
                 self._last = None
             if self._last is not None and self._last.battery is not None:
-                told = self._tell(self._last.battery, told)
+                announced = self._announce(self._last.battery, announced)
             task.pause(self._every_s)
 
     def _ask(self, task: Task[None]) -> CameraCondition:
@@ -135,11 +135,11 @@ class ConditionWatch:
             return None
         return said / 1e6 - 0.5 * (before_s + after_s)
 
-    def _tell(self, battery: float, told: float) -> float:
+    def _announce(self, battery: float, announced: float) -> float:
         """Say once of each of `LOW_BATTERIES` that it is reached; the lowest said so far."""
-        reached = [low for low in LOW_BATTERIES if battery <= low < told]
+        reached = [low for low in LOW_BATTERIES if battery <= low < announced]
         if not reached:
-            return 1.0 if battery > LOW_BATTERIES[0] else told
+            return 1.0 if battery > LOW_BATTERIES[0] else announced
         self._say(f"the camera's battery is at {battery:.0%}: plug it in")
         return min(reached)
 

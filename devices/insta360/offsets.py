@@ -8,7 +8,7 @@ further right. Angles are degrees, translations metres from the first lens.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from typing import TypeVar
 
 MAX_TEXT = 4096
@@ -189,30 +189,6 @@ def write_offsets(offsets: Offsets) -> str:
     elif offsets.flag is not None:
         words.append(str(offsets.flag))
     return "_".join(words)
-
-
-def in_lens_picture(lens: LensV3, index: int, side_px: float) -> LensV3:
-    """One lens's numbers for a picture of that lens alone, at the size of the stream.
-
-    Args:
-        lens: as read.
-        index: which lens, from 0.
-        side_px: height of the lens's square picture.
-
-    Returns:
-        The same lens with focal lengths, principal point and size of that picture. Pixels are
-        measured from the outer corner of the first one, so that sizes scale about it.
-    """
-    scale = side_px / lens.height_px
-    return replace(
-        lens,
-        fx_px=lens.fx_px * scale,
-        fy_px=lens.fy_px * scale,
-        cx_px=(lens.cx_px - index * lens.height_px) * scale,
-        cy_px=lens.cy_px * scale,
-        width_px=round(side_px),
-        height_px=round(side_px),
-    )
 
 
 def _lens(kind: type[_Lens], words: list[str], at: int) -> _Lens:

@@ -61,9 +61,9 @@ class News:
 
 @dataclass(slots=True)
 class _Log:
-    """Entries of a log that were heard, and handed out; -1 for none."""
+    """Entries of a log that were received, and handed out; -1 for none."""
 
-    heard: int = -1
+    received: int = -1
     handed: int = -1
     wanted: int = 0
     is_whole: bool = False
@@ -78,8 +78,8 @@ class _Log:
 
     def _lose(self) -> None:
         """Let whoever reads too seldom get it all later: from the source, which keeps it."""
-        self.wanted = max(self.wanted, self.heard)
-        self.heard, self.is_whole = self.handed, False
+        self.wanted = max(self.wanted, self.received)
+        self.received, self.is_whole = self.handed, False
         self.waiting.clear()
         self.waiting_bytes = 0
 
@@ -87,7 +87,7 @@ class _Log:
         if not self.waiting and not self.is_whole:
             return None
         news = LogNews(self.is_whole, tuple(self.waiting))
-        self.handed, self.is_whole = self.heard, False
+        self.handed, self.is_whole = self.received, False
         self.waiting.clear()
         self.waiting_bytes = 0
         return news
@@ -160,8 +160,8 @@ class Followed:
             return False
         log = self._logs[name]
         log.wanted = max(log.wanted, entry.number)
-        if log.heard >= 0 and entry.number == log.heard + 1:
-            log.heard = entry.number
+        if log.received >= 0 and entry.number == log.received + 1:
+            log.received = entry.number
             log.hear((entry,))
         return True
 
@@ -171,20 +171,20 @@ class Followed:
             return False
         log = self._logs[name]
         self._asked.pop(name, None)
-        if entries.newest < log.heard:
+        if entries.newest < log.received:
             return True  # an answer that entries have overtaken
         if entries.is_whole:
             log.waiting.clear()
             log.waiting_bytes = 0
             log.is_whole = True
-            log.heard = entries.newest
+            log.received = entries.newest
             log.hear(entries.entries)
             return True
-        new = tuple(entry for entry in entries.entries if entry.number > log.heard)
-        if log.heard < 0 or (new and new[0].number != log.heard + 1):
+        new = tuple(entry for entry in entries.entries if entry.number > log.received)
+        if log.received < 0 or (new and new[0].number != log.received + 1):
             return False
         if new:
-            log.heard = entries.newest
+            log.received = entries.newest
             log.hear(new)
         return True
 
@@ -198,9 +198,9 @@ class Followed:
             if number > self._numbers.get(name, 0)
         ]
         behind += [
-            (name, max(0, log.heard))
+            (name, max(0, log.received))
             for name, log in self._logs.items()
-            if log.heard < 0 or log.wanted > log.heard
+            if log.received < 0 or log.wanted > log.received
         ]
         due = [
             (name, number)
@@ -212,7 +212,7 @@ class Followed:
 
     def knows_log(self, name: str) -> bool:
         """Return whether a channel is a log of which something is known."""
-        return name in self._logs and self._logs[name].heard >= 0
+        return name in self._logs and self._logs[name].received >= 0
 
     def take(self, now_ns: int) -> News | None:
         """Return what is new; None where nothing is."""

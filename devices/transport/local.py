@@ -11,7 +11,7 @@ from devices.transport.transport import (
     MAX_ANSWER_BYTES,
     MAX_QUESTION_BYTES,
     Answer,
-    Heard,
+    Handler,
     check_length,
 )
 
@@ -22,14 +22,14 @@ class Exchange:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._numbers = count()
-        self._heard: dict[int, tuple[str, Heard]] = {}
+        self._handlers: dict[int, tuple[str, Handler]] = {}
         self._answers: dict[int, tuple[str, Answer]] = {}
 
-    def add_heard(self, pattern: str, heard: Heard) -> Callable[[], None]:
+    def add_handler(self, pattern: str, handler: Handler) -> Callable[[], None]:
         """Let somebody hear; return what ends it."""
         with self._lock:
             number = next(self._numbers)
-            self._heard[number] = (pattern, heard)
+            self._handlers[number] = (pattern, handler)
         return lambda: self._forget(number)
 
     def add_answer(self, pattern: str, answer: Answer) -> Callable[[], None]:
@@ -39,10 +39,10 @@ class Exchange:
             self._answers[number] = (pattern, answer)
         return lambda: self._forget(number)
 
-    def listeners(self, key: str) -> list[Heard]:
+    def listeners(self, key: str) -> list[Handler]:
         """Return who hears a key."""
         with self._lock:
-            return [heard for pattern, heard in self._heard.values() if matches(pattern, key)]
+            return [one for pattern, one in self._handlers.values() if matches(pattern, key)]
 
     def answerers(self, key: str) -> list[Answer]:
         """Return who answers at a key."""
@@ -51,7 +51,7 @@ class Exchange:
 
     def _forget(self, number: int) -> None:
         with self._lock:
-            self._heard.pop(number, None)
+            self._handlers.pop(number, None)
             self._answers.pop(number, None)
 
 
@@ -72,12 +72,12 @@ class LocalTransport:
         check_length(key, data)
         if self._is_closed:
             return
-        for heard in self._exchange.listeners(key):
-            heard(key, data)
+        for handler in self._exchange.listeners(key):
+            handler(key, data)
 
-    def subscribe(self, pattern: str, heard: Heard) -> Callable[[], None]:
+    def subscribe(self, pattern: str, handler: Handler) -> Callable[[], None]:
         """Hear messages; return what ends it."""
-        end = self._exchange.add_heard(pattern, heard)
+        end = self._exchange.add_handler(pattern, handler)
         self._ends.append(end)
         return end
 

@@ -17,7 +17,7 @@ MAX_ANSWER_BYTES = 8 * 1024 * 1024
 ASK_S = 1.0
 """Time that an answer may take, seconds: a router that was killed is back by then."""
 
-Heard = Callable[[str, bytes], None]
+Handler = Callable[[str, bytes], None]
 """Takes key and bytes of a message, on any thread; has to return at once."""
 
 Answer = Callable[[str, bytes], bytes | None]
@@ -43,7 +43,7 @@ class Transport(Protocol):
         """
         ...
 
-    def subscribe(self, pattern: str, heard: Heard) -> Callable[[], None]:
+    def subscribe(self, pattern: str, handler: Handler) -> Callable[[], None]:
         """Hear messages whose keys a pattern holds (`*` one part, `**` at the end any).
 
         Returns:

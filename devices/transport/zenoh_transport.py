@@ -17,7 +17,7 @@ from devices.transport.transport import (
     MAX_MESSAGE_BYTES,
     MAX_QUESTION_BYTES,
     Answer,
-    Heard,
+    Handler,
     TransportError,
     check_length,
 )
@@ -66,12 +66,12 @@ class ZenohTransport:
         except zenoh.ZError:
             return  # closed, or no way: whoever misses it asks for it
 
-    def subscribe(self, pattern: str, heard: Heard) -> Callable[[], None]:
+    def subscribe(self, pattern: str, handler: Handler) -> Callable[[], None]:
         """Hear messages; return what ends it."""
 
         def hear(sample: zenoh.Sample) -> None:
             if sample.kind == zenoh.SampleKind.PUT and len(sample.payload) <= MAX_MESSAGE_BYTES:
-                heard(str(sample.key_expr), sample.payload.to_bytes())
+                handler(str(sample.key_expr), sample.payload.to_bytes())
 
         subscriber = self._session.declare_subscriber(pattern, hear)
         return self._ended_by(subscriber.undeclare)

@@ -27,9 +27,8 @@ from scenes.prepare.outdoor_points import with_outdoor_points
 from scenes.prepare.poses.given_poses import as_capture, as_report, import_poses, load_imported
 from scenes.prepare.poses.sfm.run import SfmReport, reconstruct
 from scenes.prepare.progress import Progress
-from scenes.prepare.reconstruction import Reconstruction
+from scenes.prepare.reconstruction import Reconstruction, load_reconstruction, save_reconstruction
 from scenes.prepare.room_splats import import_splats, train_room, trainer_of
-from scenes.prepare.saved_reconstruction import load_reconstruction, save_reconstruction
 from scenes.prepare.stages import WorkFolder, stamps
 from scenes.prepare.train import checkpoint
 from scenes.prepare.train.train import BUILT_IN_VERSION

@@ -7,8 +7,7 @@ from pathlib import Path
 
 from scenes.package import ScenePackage
 from scenes.prepare.pipeline import POINTS_FOLDER, TRAINING
-from scenes.prepare.reconstruction import Reconstruction, View
-from scenes.prepare.saved_reconstruction import load_reconstruction
+from scenes.prepare.reconstruction import Reconstruction, View, load_reconstruction
 
 STRETCHED = "scale per axis"
 """Stage of a room whose axes were stretched apart, which its photos were not."""

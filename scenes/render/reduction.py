@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation  # pyright: ignore[reportMissingTypeStubs]
 
 from scenes.splats import SplatCloud
-from scenes.zcurve import z_order
 
 Points = NDArray[np.float64]
 
@@ -23,6 +22,8 @@ MAX_OPACITY = 0.999
 
 MIN_SCALE = 1e-3
 """Thinnest side of a merged splat, in cells: keeps its covariance invertible."""
+
+BITS = 16
 
 
 def merged(cloud: SplatCloud, cell_m: float) -> SplatCloud:
@@ -107,3 +108,20 @@ def _area(scales: Points) -> Points:
     """(N,) what a splat covers seen along its thinnest axis, square metres."""
     longest = np.sort(scales, axis=1)[:, 1:]
     return 2.0 * math.pi * longest.prod(axis=1)
+
+
+def z_order(where: NDArray[np.floating]) -> NDArray[np.intp]:
+    """Indices of (N, 3) finite points along the curve through a cube of 2^16 cells a side.
+
+    Points in the same cell keep their order.
+    """
+    if len(where) == 0:
+        return np.zeros(0, dtype=np.intp)
+    low = where.min(axis=0)
+    cell = max(float(np.ptp(where, axis=0).max()), 1e-9) / 2**BITS
+    grid = ((where - low) / cell).astype(np.uint64).clip(0, 2**BITS - 1)
+    code = np.zeros(len(where), dtype=np.uint64)
+    for bit in range(BITS):
+        for axis in range(3):
+            code |= ((grid[:, axis] >> np.uint64(bit)) & np.uint64(1)) << np.uint64(3 * bit + axis)
+    return np.argsort(code, kind="stable")

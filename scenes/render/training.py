@@ -195,7 +195,7 @@ class Trainee:
             exposure: of the photo.
             options: how to draw; the same bits for any number of threads.
             depth_price: of blend weight off a pixel's `DepthBounds`, by how far off it is (a share
-                of its depth, spelt out in `scenes.prepare.train.optimiser.loss`); mean over the
+                of its depth, spelt out in `tests/twins/loss.py`); mean over the
                 pixels.
 
         Raises:

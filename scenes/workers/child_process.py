@@ -42,9 +42,9 @@ class ChildProcess:
     Args:
         command: what is run.
         stdin: `subprocess.PIPE` for `say` and `stdin`.
-        stdout: where it prints to; not used where `heard` is given.
+        stdout: where it prints to; not used where `on_line` is given.
         stderr: likewise, where `last_words` is above 0; None for this process's own.
-        heard: takes each line that it prints, without its end, on a thread.
+        on_line: takes each line that it prints, without its end, on a thread.
         last_words: lines of what it says on stderr that are kept.
         has_group: whether it, and what it starts, are ended together.
         environment: its own; None for this process's.
@@ -61,7 +61,7 @@ class ChildProcess:
         stdin: Stream = subprocess.DEVNULL,
         stdout: Stream = subprocess.DEVNULL,
         stderr: Stream | None = None,
-        heard: Callable[[str], None] | None = None,
+        on_line: Callable[[str], None] | None = None,
         last_words: int = 0,
         has_group: bool = False,
         environment: Mapping[str, str] | None = None,
@@ -72,15 +72,15 @@ class ChildProcess:
         self._process = subprocess.Popen(
             command,
             stdin=stdin,
-            stdout=stdout if heard is None else subprocess.PIPE,
+            stdout=stdout if on_line is None else subprocess.PIPE,
             stderr=subprocess.PIPE if last_words else stderr,
             start_new_session=self._has_group,
             env=environment,
             creationflags=creation_flags,
         )
         self._readers: list[Task[None]] = []
-        if heard is not None:
-            self._read_lines("lines", self._process.stdout, heard)
+        if on_line is not None:
+            self._read_lines("lines", self._process.stdout, on_line)
         if last_words:
             self._read_lines("last words", self._process.stderr, self._last_words.append)
 
@@ -176,13 +176,13 @@ class ChildProcess:
             self._process.send_signal(number)
 
     def _read_lines(
-        self, what: str, stream: IO[bytes] | None, heard: Callable[[str], None]
+        self, what: str, stream: IO[bytes] | None, on_line: Callable[[str], None]
     ) -> None:
         assert stream is not None
 
         def read(_task: Task[None]) -> None:
             with stream:
                 for line in stream:
-                    heard(line.decode(errors="replace").rstrip("\r\n"))
+                    on_line(line.decode(errors="replace").rstrip("\r\n"))
 
         self._readers.append(Task(f"{what} of {self._process.pid}", read).start())

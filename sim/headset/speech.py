@@ -146,7 +146,7 @@ class Speaking:
             self._voice,
             voices=int(media["voices"]),
             videos=int(media["videos"]),
-            heard=self._hear,
+            on_voice=self._hear,
         )
         await self._connection.send({"kind": "offer", "sdp": await self._peer.offer()})
 

@@ -70,7 +70,7 @@ class VoicePeer:
         voice: theirs; None for somebody who listens.
         voices: places of others' voices.
         videos: places of surfaces.
-        heard: takes the place and the Opus of each moment that comes.
+        on_voice: takes the place and the Opus of each moment that comes.
         seen: takes the place and the length of each packet of a video that comes.
     """
 
@@ -80,14 +80,14 @@ class VoicePeer:
         *,
         voices: int,
         videos: int,
-        heard: Callable[[int, bytes], None],
+        on_voice: Callable[[int, bytes], None],
         seen: Callable[[int, int], None] = lambda _place, _length: None,
     ) -> None:
         self._connection = RTCPeerConnection(BUNDLED)
         self.track = None if voice is None else ToneTrack(voice)
         self._connection.addTransceiver(self.track or "audio", direction="sendonly")
         for place in range(voices):
-            self._listen("audio", lambda data, at=place: heard(at, data))
+            self._listen("audio", lambda data, at=place: on_voice(at, data))
         for place in range(videos):
             self._listen("video", lambda data, at=place: seen(at, len(data)))
 

@@ -1,6 +1,5 @@
 """Simulated cameras on the wire: the bytes of real devices, on real sockets.
 
-`feed.py` (what they send), `rtmp_push.py` `rtmp_client.py` `flv_packets.py` (one that pushes);
-`preview_server.py`, `osc_server.py` with `osc_camera.py` (Insta360); `accepting.py` (the port that
-they share).
+`rtmp_client.py` `flv_packets.py` (one that pushes); `preview_server.py`, `osc_server.py` with
+`osc_camera.py` (Insta360); `accepting.py` (the port and the sending that they share).
 """

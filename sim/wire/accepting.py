@@ -1,4 +1,4 @@
-"""A listening TCP port whose thread hands out its connections: what simulated servers share."""
+"""A listening TCP port whose thread hands out its connections, and sending on one of them."""
 
 from __future__ import annotations
 
@@ -57,3 +57,34 @@ class AcceptingPort:
                 return  # the listener is closed
             assert self._taken is not None
             self._taken(connection)
+
+
+def send_all(
+    connection: socket.socket,
+    data: bytes,
+    *,
+    wait_s: float,
+    limit_s: float,
+    sender: Task[None],
+) -> None:
+    """Send all of some bytes.
+
+    Args:
+        connection: its timeout is `wait_s`.
+        data: to send.
+        wait_s: time after which it is looked whether to go on.
+        limit_s: time for which the other side may take nothing.
+        sender: ends it when cancelled.
+
+    Raises:
+        OSError: the other side is gone, takes nothing, or the sender was cancelled meanwhile.
+    """
+    rest, waited_s = memoryview(data), 0.0
+    while rest:
+        try:
+            rest = rest[connection.send(rest) :]
+            waited_s = 0.0
+        except TimeoutError:
+            waited_s += wait_s
+            if waited_s >= limit_s or sender.is_cancelled:
+                raise

@@ -41,7 +41,7 @@ from devices.insta360.packets import (
 from devices.insta360.protobuf import ProtobufError, bytes_field, message, varint_field
 from devices.messages import EncodedFrame
 from scenes.workers.task import Task
-from sim.wire.accepting import AcceptingPort
+from sim.wire.accepting import AcceptingPort, send_all
 
 Feed = Callable[[], Iterator[EncodedFrame]]
 """Called once a preview; yields access units in order of time, beginning with a keyframe."""
@@ -314,12 +314,4 @@ class _Client:
     def _send_bytes(self, data: bytes) -> None:
         """All of it, or `OSError` when the client takes nothing for `SEND_S`."""
         with self._sending:
-            rest, waited_s = memoryview(data), 0.0
-            while rest:
-                try:
-                    rest = rest[self._socket.send(rest) :]
-                    waited_s = 0.0
-                except TimeoutError:
-                    waited_s += WAIT_S
-                    if waited_s >= SEND_S or self._reader.is_cancelled:
-                        raise
+            send_all(self._socket, data, wait_s=WAIT_S, limit_s=SEND_S, sender=self._reader)

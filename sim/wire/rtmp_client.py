@@ -16,6 +16,12 @@ from devices.camera.rtmp.chunks import (
     encode_message,
 )
 
+RETRY_S = 0.5
+"""Seconds between attempts to connect again."""
+
+STALLED_S = 3.0
+"""Seconds of no progress in sending after which the camera gives a connection up."""
+
 CHUNK_BYTES = 4096
 """Chunk size that it announces, bytes: OBS's."""
 

@@ -5,14 +5,20 @@ from __future__ import annotations
 from pathlib import Path
 from urllib.parse import quote
 
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
 from scenes.formats.storage.atomic import write_whole
+from scenes.state import ObjectModel
 from studio.compare.comparison import Comparison, kinship, scenario_difference
-from studio.compare.curves import error_curves
-from studio.compare.error_map import error_maps
+from studio.compare.error_map import error_maps, moved_objects
 from studio.compare.run import Run
 from studio.compare.verdicts import Compared
 from studio.console.machine import describe_machine
 from studio.console.spoken import Called, spoken, with_names
+from studio.evaluate.figures import INK, OTHER, OWN, SMALLEST_SHOWN, as_svg, figure_style
+from studio.evaluate.scores import ROOM_BAR_CM, ROOM_BAR_DEG
 from studio.reports.floor_picture import floor_picture
 from studio.reports.page import page
 
@@ -22,6 +28,15 @@ so that page and folder can be moved together and play without the runs."""
 
 COPIED_BYTES = 1 << 20
 """Bytes of a film that are copied at a time."""
+
+COLUMNS = (
+    ("world_cm", ROOM_BAR_CM, "cm", "position error"),
+    ("yaw_deg", ROOM_BAR_DEG, "°", "yaw error"),
+)
+
+NUMBER_WIDTH = 0.025
+"""Share of the time axis that an event's number covers, by its size in print; the numbers of
+events that come sooner after one are left out."""
 
 
 def write_comparison(comparison: Comparison, path: Path) -> None:
@@ -120,3 +135,71 @@ def _provenance(run: Run) -> str:
     if fork is None:
         return "a rehearsal from its start"
     return f"a fork of {fork.recording} (sha256 {fork.sha256[:16]}) at {fork.t_ns / 1e9:g} s"
+
+
+def error_curves(a: Run, b: Run) -> str:
+    """Position and yaw error of every object that moved in either run; empty if none did."""
+    models = moved_objects((a, b))
+    if not models:
+        return ""
+    with figure_style():
+        height = 0.9 + 1.5 * len(models) + 0.9
+        figure = Figure(figsize=(11, height), layout="constrained")
+        ratios = [0.6, *(1.5 for _ in models)]
+        grid = figure.subplots(len(models) + 1, 2, sharex=True, squeeze=False, height_ratios=ratios)
+        for axes, (_column, _bar, _unit, title) in zip(grid[0], COLUMNS, strict=True):
+            _draw_events(axes, a, b)
+            axes.set_title(title, loc="right", fontsize=9)
+        for row, model in zip(grid[1:], models, strict=True):
+            for axes, (column, bar, unit, _title) in zip(row, COLUMNS, strict=True):
+                _draw_errors(axes, (a, b), model, column=column, bar=bar)
+                axes.set_ylabel(unit, rotation=0, labelpad=10)
+            row[0].set_title(model.name, loc="left", fontsize=10, fontweight="bold")
+        end_s = max((t for run in (a, b) for t in run.frames_s), default=0.0)
+        for axes in grid.flat:
+            axes.set_xlim(0.0, max(end_s, 0.1))
+            for run in (a, b):
+                if run.fork_s is not None:
+                    axes.axvline(run.fork_s, color=INK, linewidth=1.0, linestyle=":")
+        for axes in grid[-1]:
+            axes.set_xlabel("time (s)")
+        return as_svg(figure, "Error over time in A and in B")
+
+
+def _draw_events(axes: Axes, a: Run, b: Run) -> None:
+    """The number of every event at its time, A above and B below; one number for a crowd."""
+    end_s = max((t for run in (a, b) for t in run.frames_s), default=0.0)
+    for run, y, colour in ((a, 1.0, OWN), (b, 0.0, OTHER)):
+        free_from_s = 0.0
+        for number, (t_ns, _text) in enumerate(run.events, start=1):
+            t_s = t_ns / 1e9
+            axes.plot(t_s, y - 0.45, marker="|", markersize=4, color=colour)
+            if t_s >= free_from_s:
+                axes.text(t_s, y, str(number), color=colour, fontsize=7, ha="center", va="center")
+                free_from_s = t_s + NUMBER_WIDTH * end_s
+    axes.set_ylim(-0.8, 1.6)
+    axes.set_yticks([1.0, 0.0], ["A", "B"])
+    axes.tick_params(left=False)
+    axes.set_ylabel("events", rotation=0, ha="right", va="center", labelpad=12, fontsize=8)
+
+
+def _draw_errors(
+    axes: Axes, runs: tuple[Run, Run], model: ObjectModel, *, column: str, bar: float
+) -> None:
+    top = 3.0 * bar
+    if column == "yaw_deg" and not runs[0].board.has_yaw(model.object_id):
+        axes.set_yticks([])
+        axes.text(0.5, 0.5, "round", ha="center", va="center", transform=axes.transAxes)
+        return
+    for run, colour, width in zip(runs, (OWN, OTHER), (2.4, 1.2), strict=True):
+        samples = [s for s in run.board.samples(model.object_id) if s.counted]
+        times = [s.t_ns / 1e9 for s in samples]
+        values = np.array([getattr(s.error, column) for s in samples]).clip(SMALLEST_SHOWN)
+        axes.plot(times, values, color=colour, linewidth=width, alpha=0.9)
+        top = max(top, 1.3 * float(values.max(initial=0.0)))
+    axes.axhline(bar, color=INK, linewidth=0.8, linestyle="--")
+    axes.set_yscale("log")
+    axes.set_ylim(SMALLEST_SHOWN, top)
+    axes.yaxis.set_major_formatter("{x:g}")
+    axes.minorticks_off()
+    axes.grid(visible=True, axis="y")

@@ -17,8 +17,8 @@ from devices.session_info import SessionInfo
 from scenes.package import ScenePackage
 from studio.console.rows import Row
 from studio.evaluate.scores import ScoreBoard
+from studio.session.pipeline import time_ns_of
 from studio.session.records.outputs import FILM, RECORDING, REPORT_JSON
-from studio.session.sources import time_ns_of
 
 LOST = "dropped"
 """Kind of the events that say that a frame was lost: too many to show one by one."""

@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import shutil
 import threading
+from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import datetime
 from enum import StrEnum
 from pathlib import Path
+
+import av
+from av.error import FFmpegError
+from PIL import Image
 
 from devices.recorded.index import is_whole
 from devices.recording import read_session
@@ -19,7 +24,6 @@ from studio.console.progress import Progress
 from studio.handover.archive import write_archive
 from studio.handover.moments import Moments, read_moments
 from studio.handover.sheet import read_rows, sheet_html, sheet_markdown, sheet_of
-from studio.handover.stills import write_stills
 from studio.handover.viewer_page import ViewerPage, write_viewer
 from studio.session.opening import scene_hash
 from studio.session.pipeline import CancelledError
@@ -28,7 +32,9 @@ from studio.session.records.recorded_scene import recorded_scene
 from studio.web.web_files import licences, web_modules
 
 VIEWER, SHEET_MD, SHEET_HTML = "viewer.html", "session-sheet.md", "session-sheet.html"
+
 PICTURES, ARCHIVE = "pictures", "archive.zip"
+
 SHARED_NAMES = frozenset({FILM, VIEWER, SHEET_MD, SHEET_HTML, PICTURES, ARCHIVE})
 """Names in a folder of ours: only such a folder is replaced."""
 
@@ -42,6 +48,11 @@ CUT_OFF = "the recording was cut off; what was shared ends where it does"
 
 STILLS = 4
 """Pictures on the session sheet, chosen: two rows of two fill the rest of its page."""
+
+WIDTH_PX = 1200
+"""Of the pictures, chosen: sharp in print on half a page."""
+
+JPEG_QUALITY = 84
 
 
 class Part(StrEnum):
@@ -334,3 +345,49 @@ def _files(folder: Path, name: str) -> dict[str, Path]:
 def _stop_if(cancelled: threading.Event) -> None:
     if cancelled.is_set():
         raise CancelledError
+
+
+def write_stills(film: Path, folder: Path, count: int) -> list[tuple[float, Path]]:
+    """Write JPEG files `1.jpg`, `2.jpg`, ... and give the second of the film that each shows.
+
+    Args:
+        film: a video file.
+        folder: made if it is missing.
+        count: how many; fewer where the film has fewer pictures.
+
+    Raises:
+        ValueError: the film cannot be decoded.
+        OSError: a file cannot be read or written.
+    """
+    folder.mkdir(exist_ok=True)
+    found: list[tuple[float, Path]] = []
+    try:
+        for number, (t_s, picture) in enumerate(_pictures(film, count), start=1):
+            height = max(1, round(picture.height * WIDTH_PX / picture.width))
+            path = folder / f"{number}.jpg"
+            smaller = picture.resize((WIDTH_PX, height), Image.Resampling.LANCZOS)
+            smaller.save(path, "JPEG", quality=JPEG_QUALITY)
+            found.append((t_s, path))
+    except FFmpegError as error:
+        raise ValueError(f"{film}: damaged film: {error}; make it again by rehearsing") from None
+    return found
+
+
+def _pictures(film: Path, count: int) -> Iterator[tuple[float, Image.Image]]:
+    """In the middle of `count` equal spans; the film is gone to there, not read through."""
+    with av.open(str(film)) as container:
+        if not container.streams.video:
+            raise ValueError(f"{film}: holds no video; make it again by rehearsing")
+        stream = container.streams.video[0]
+        span_s = float((container.duration or 0) / av.time_base)
+        last = -1.0
+        for index in range(count):
+            wanted_s = span_s * (index + 0.5) / count
+            container.seek(int(wanted_s * av.time_base))
+            for frame in container.decode(stream):
+                at_s = frame.time or 0.0
+                if at_s + 1e-3 >= wanted_s:
+                    if at_s > last:
+                        yield at_s, frame.to_image()
+                        last = at_s
+                    break

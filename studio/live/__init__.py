@@ -4,6 +4,6 @@
 session, its commands, how it is doing), `approach.py` `placing.py` `locating.py` (from an address
 to layout, lenses and where the camera stands), `relocation.py` (when it was carried away),
 `camera_frames.py` (packets to the recording, newest picture to the tracker), `report.py`,
-`shortfalls.py` (why pictures were dropped and objects lost); `simulated_camera.py` `rehearsed.py`
-`against_truth.py` (a session on a simulated camera, and its figures).
+`shortfalls.py` (why pictures were dropped and objects lost); `rehearsed.py` `against_truth.py` (a
+session on a simulated camera, and its figures).
 """

@@ -6,16 +6,16 @@ import threading
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
+from devices.camera.lenses.lens_pictures import stream_images
 from devices.camera.received import Received
 from devices.camera.receiver import CameraReceiver
 from devices.clock import Clock
 from devices.clock_mapping import ClockEstimate, ClockMapping, add_arrival, estimate
 from devices.messages import EncodedFrame, Event, Frame
-from devices.packet_pictures import stream_images
 from devices.session_info import LiveStream
 from scenes.cameras import Rig
 from scenes.pose import Pose
-from studio.session.sources import SessionInput, SessionMessage
+from studio.session.pipeline import SessionInput, SessionMessage
 
 STREAM_ID = "camera-360"
 """The camera's stream in a recording."""

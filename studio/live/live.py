@@ -31,10 +31,10 @@ from studio.live.shortfalls import Losses
 from studio.live.status import Journal, LiveResult, LiveState, LiveStatus
 from studio.session.latency import Latencies
 from studio.session.opening import open_live_session, scene_hash
+from studio.session.pipeline import SessionMessage
 from studio.session.plan import Pace, SessionPlan
 from studio.session.records.provenance import library_versions
 from studio.session.session import Session, SessionOutput, SessionResult
-from studio.session.sources import SessionMessage
 from tracking.options import TrackerOptions
 
 RETURN_PAGES_EVERY_S = 20.0

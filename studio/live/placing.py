@@ -7,12 +7,11 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 from devices.camera.lenses.layout import LensLayout
-from devices.camera.lenses.lens_pictures import assumed_rig, own_lens_size_px
+from devices.camera.lenses.lens_pictures import assumed_rig, own_lens_size_px, stream_images
 from devices.camera.lenses.search import FoundLayout, find_layout
 from devices.camera.received import Received
 from devices.footage import read_camera
 from devices.messages import Frame
-from devices.packet_pictures import stream_images
 from devices.session_info import LiveStream
 from scenes.cameras import Rig
 from scenes.package import ScenePackage
@@ -27,9 +26,6 @@ PICTURES = 3
 
 SURE = 0.95
 """Probability of a layout from which nobody needs to be asked."""
-
-SHOWN_LENS_PX = 720
-"""Side of the lens pictures that people look at to confirm a layout."""
 
 
 class PlacingError(ValueError):

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from devices.camera.lenses.lens_pictures import stream_images
 from devices.camera.received import Received
 from devices.messages import Frame
-from devices.packet_pictures import stream_images
 from scenes.pose import Pose
 from scenes.workers.task import Task
 from studio.live.camera_frames import STREAM_ID

@@ -9,6 +9,7 @@ place = "find"
 from __future__ import annotations
 
 import json
+import time
 import tomllib
 from dataclasses import dataclass
 from enum import StrEnum
@@ -180,3 +181,14 @@ def _place(camera: Table) -> Place:
 
 def _beside(path: Path, name: str | None) -> Path | None:
     return None if name is None else path.parent / name
+
+
+def recording_in(folder: Path) -> Path:
+    """A new recording's path in a folder, named by the local time; nothing is made yet."""
+    stem = time.strftime("live-%Y%m%d-%H%M%S")
+    path = folder / f"{stem}.mcap"
+    number = 2
+    while path.exists() or path.with_name(path.name + ".part").exists():
+        path = folder / f"{stem}-{number}.mcap"
+        number += 1
+    return path

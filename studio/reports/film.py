@@ -162,7 +162,7 @@ class FilmMaker:
             camera,
             world_from_camera,
             live=frame.live,
-            things=self._things(frame),
+            things=self._drawn_objects(frame),
         )
         for object_id, track in frame.tracks.items():
             if track.state is not TrackState.STATIC:
@@ -182,7 +182,7 @@ class FilmMaker:
     def _from_above(self, frame: FilmFrame) -> Picture:
         camera, world_from_camera = self._above
         poses = _poses(frame.tracks)
-        drawn = self._twin.picture_from_above(poses, PANEL_PX, things=self._things(frame))
+        drawn = self._twin.picture_from_above(poses, PANEL_PX, things=self._drawn_objects(frame))
         true_poses = frame.truth.world_from_object if frame.truth is not None else {}
         for object_id, track in frame.tracks.items():
             box = self._models[object_id].box_m
@@ -206,7 +206,7 @@ class FilmMaker:
             draw_line(drawn, camera, world_from_camera, line)
         return drawn
 
-    def _things(self, frame: FilmFrame) -> list[PosedSplats]:
+    def _drawn_objects(self, frame: FilmFrame) -> list[PosedSplats]:
         """Return what people have put into the room, as splats."""
         poses = _poses(frame.tracks)
         met = met_proposals(

@@ -30,14 +30,14 @@ from sim.faults.fault import Fault
 from sim.scenarios.scenario import Scenario, load_scenario, parse_scenario
 from sim.scenarios.switch import Switch
 from sim.tables import ScenarioError
-from studio.session.records.provenance import library_versions
-from studio.session.sources import (
+from studio.session.pipeline import (
     PEOPLE,
     SessionInput,
     SessionMessage,
     placed_in,
     time_ns_of,
 )
+from studio.session.records.provenance import library_versions
 from studio.session.trackers.settings import is_settings
 from tracking.output import TrackOutput
 

@@ -15,15 +15,16 @@ from devices.clock import Clock, ManualClock, WallClock
 from devices.recording import read_session
 from devices.session_info import SessionInfo
 from scenes.package import ScenePackage
-from studio.session.pipeline import ExactExecutor, PacedExecutor
-from studio.session.plan import Pace, SessionPlan
-from studio.session.records.recorded_scene import recorded_scene, with_camera
-from studio.session.session import Session
-from studio.session.sources import (
+from studio.session.pipeline import (
+    ExactExecutor,
+    PacedExecutor,
     SessionMessage,
     recorded_messages,
     simulated_messages,
 )
+from studio.session.plan import Pace, SessionPlan
+from studio.session.records.recorded_scene import recorded_scene, with_camera
+from studio.session.session import Session
 from studio.session.trackers.methods import METHODS, TruthDetector, make_method
 from studio.session.trackers.pacing import AsRecorded, InFrames, Live, Pacing
 from tracking.hypotheses.budget import MeasuredCosts

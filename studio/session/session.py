@@ -29,14 +29,15 @@ from scenes.package import ScenePackage
 from scenes.state import AvatarGone, LiveSurface, SceneState, Shared, reduce_state
 from studio.session.latency import Latencies
 from studio.session.live_surfaces import LiveSurfaces
-from studio.session.pipeline import Executor, RecorderThread
-from studio.session.plan import Pace, SessionPlan
-from studio.session.records.cut_short import cut_short_event
-from studio.session.records.live_recording import LiveRecording
-from studio.session.sources import (
+from studio.session.pipeline import (
+    Executor,
+    RecorderThread,
     SessionInput,
     SessionMessage,
 )
+from studio.session.plan import Pace, SessionPlan
+from studio.session.records.cut_short import cut_short_event
+from studio.session.records.live_recording import LiveRecording
 from studio.session.trackers.camera_events import camera_events
 from studio.session.trackers.methods import TruthDetector
 from studio.session.trackers.pacing import InFrames, Pacing, stamp_of

@@ -22,10 +22,9 @@ from studio.live.live import LiveSession
 from studio.live.locating import RoomLocator
 from studio.live.people.crowd import Crowd
 from studio.live.people.hosting import Hosting, hosted, invitations_for, join_line
-from studio.live.rehearsed import RehearsedLive
+from studio.live.rehearsed import RehearsedLive, SimulatedFeed
 from studio.live.report import live_rows, write_report
 from studio.live.setup import LiveSetup
-from studio.live.simulated_camera import SimulatedFeed
 from studio.live.status import LiveResult
 from studio.session.session import SessionOutput
 from studio.study.asking import NOW, Asking, Step, StepKind, steps_of

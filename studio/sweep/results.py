@@ -84,5 +84,5 @@ def _is_own(name: str) -> bool:
 
 def run_hash(run: Run) -> str:
     """A digest of everything that decides what a run gives."""
-    told = json.dumps([asdict(run), program_version()], sort_keys=True)
-    return hashlib.sha256(told.encode()).hexdigest()
+    text = json.dumps([asdict(run), program_version()], sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()

@@ -83,7 +83,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _views(package: ScenePackage, work: Path) -> dict[str, tuple[View, ViewPoint]]:
     """Photos by name, and where in the world they were taken."""
-    from scenes.prepare.saved_reconstruction import load_reconstruction
+    from scenes.prepare.reconstruction import load_reconstruction
 
     folder = next((work / place for place in POSES if (work / place).is_dir()), None)
     if folder is None:

@@ -148,8 +148,8 @@ def _headless(args: argparse.Namespace) -> int:
     from studio.live.checks import live_checks
     from studio.live.live import LiveSession
     from studio.live.locating import RoomLocator
-    from studio.live.recording_name import recording_in
     from studio.live.report import live_rows, write_report
+    from studio.live.setup import recording_in
     from studio.session.preflight import run_checks, save_checks
 
     keep_heap_small()

@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from devices.camera.lenses.layout import Arrangement, LensLayout
-from devices.camera.lenses.lens_pictures import assumed_rig
+from devices.camera.lenses.lens_pictures import assumed_rig, stream_images
 from devices.camera.stream_decoder import StreamDecoder
 from devices.camera.units import StreamFormat, Unit
 from devices.messages import EncodedFrame
-from devices.packet_pictures import stream_images
 from devices.recording_codec import FrameStamp
 from devices.replay import FrameAssembler
 from devices.session_info import LiveStream, SessionInfo, session_from_json, session_to_json

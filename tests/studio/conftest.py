@@ -22,10 +22,9 @@ from scenes.splats import SplatCloud
 from scenes.state import Avatar, ObjectModel, TrackedObject, TrackState
 from sim.truth import GroundTruth
 from studio.session.opening import scene_hash
-from studio.session.pipeline import ExactExecutor, PacedExecutor
+from studio.session.pipeline import ExactExecutor, PacedExecutor, SessionInput, SessionMessage
 from studio.session.plan import Pace
 from studio.session.session import Session
-from studio.session.sources import SessionInput, SessionMessage
 from studio.web.web_files import WEB, MissingWebFilesError, fetch, web_modules
 from tracking.output import TrackOutput
 

@@ -20,10 +20,11 @@ from tracking.background.learning import SHRINK
 from tracking.evidence.evidence import Evidence
 from tracking.kernels.background import LEARNING
 from tracking.kernels.options import OPTIONS
-from tracking.likelihood.edges import Rows, measure_contour, measure_texture
+from tracking.likelihood.edges import Rows, measure_contour, projection
 from tracking.model.colours import BINS, ColourModel
 from tracking.model.templates import HALF_WIDTH, SMALL_PX, Cuts
 from tracking.solve.measurement import Measurement
+from tracking.window.contour import Texture, sample
 from tracking.window.filters import bell_blurred, box_blurred
 from tracking.window.window import Layer, Window
 
@@ -383,3 +384,58 @@ def _halved(picture: FloatArray) -> FloatArray:
     parts = (picture[..., :3], picture[..., 3], picture[..., 4])
     small = [cv2.resize(part, size, interpolation=cv2.INTER_AREA) for part in parts]
     return np.dstack(small).astype(np.float32)
+
+
+def measure_texture(
+    evidence: Evidence,
+    smooth_live: FloatArray,
+    texture: Texture,
+    world_from_object: Pose,
+    *,
+    textured: bool,
+) -> Rows:
+    """Compare the object's own picture with the live one, after a fit of gain and offset.
+
+    Args:
+        evidence: the crop.
+        smooth_live: (H, W, 3) its live picture, smoothed like the texture's values.
+        texture: points drawn at a pose near `world_from_object`.
+        world_from_object: where to compare.
+        textured: whether the object has a pattern; shading alone is trusted less.
+    """
+    pixels, by_pose = projection(
+        texture.points, world_from_object, evidence.camera, evidence.world_from_camera.inverse()
+    )
+    seen = sample(smooth_live, pixels).astype(np.float64)
+    usable = sample(evidence.own, pixels) * (1 - sample(evidence.hidden, pixels)) > 0.25
+    if usable.sum() < 12:
+        return Rows(np.zeros((0, 6)), np.zeros(0), np.zeros(0))
+    model = texture.values.astype(np.float64)
+    gain, level = _gain_and_level(model[usable], seen[usable])
+    residual = seen - (gain * model + level)
+    slopes = gain * texture.slopes.astype(np.float64)
+    jacobian = np.einsum("nci,nij->ncj", slopes, by_pose)
+    shared = OPTIONS.texture_correlation if textured else OPTIONS.plain_correlation
+    weight = np.repeat(usable.astype(np.float64), 3) / (3.0 * shared)
+    # Light and blur that no gain accounts for: a bad match has a large sigma.
+    sigma = max(OPTIONS.texture_sigma, 1.5 * float(np.median(np.abs(residual[usable]))))
+    return Rows(jacobian.reshape(-1, 6) / sigma, -residual.reshape(-1) / sigma, weight)
+
+
+def _gain_and_level(model: Points, seen: Points) -> tuple[float, Points]:
+    """Robust shared gain and per-channel level of seen ≈ gain · model + level."""
+    weight = np.ones(len(model))
+    gain, level = 1.0, np.zeros(3)
+    for _ in range(4):
+        total = max(float(weight.sum()), 1e-9)
+        mean_model = weight @ model / total
+        mean_seen = weight @ seen / total
+        a, b = model - mean_model, seen - mean_seen
+        spread = float(np.einsum("n,nc->", weight, a * a))
+        gain = float(np.einsum("n,nc->", weight, a * b)) / max(spread, 1e-6)
+        gain = min(max(gain, 0.3), 1.8)
+        level = mean_seen - gain * mean_model
+        off = np.linalg.norm(seen - gain * model - level, axis=1)
+        scale = max(1.5 * float(np.median(off)), 0.03)
+        weight = 1.0 / (1.0 + (off / scale) ** 2)
+    return gain, level

@@ -10,14 +10,13 @@ from numpy.typing import NDArray
 from benchmarks.raster.reference.backward import backward
 from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose
-from scenes.prepare.train.optimiser import loss
 from scenes.prepare.train.optimiser.rows import LOG_SCALE, LOGIT, MEAN, ROTATION, SH, TrainingRows
 from scenes.render.gradients import ObjectGradients, Recording, record
 from scenes.render.native import NativeRenderer
 from scenes.render.renderer import PosedSplats, RenderOptions
 from scenes.render.training import DepthBounds, Distance, Exposure
 from scenes.splats import SH_C0, SplatCloud
-from tests.twins import adam
+from tests.twins import adam, loss
 
 
 def step(

@@ -22,7 +22,7 @@ from tracking.kernels.reduction import REDUCTION
 from tracking.model.object_model import RENDER_OPTIONS, TrackModel
 from tracking.window.contour import Contour, Texture
 from tracking.window.extent import part_of
-from tracking.window.native_reduction import looks_of, outlined_of
+from tracking.window.reduction import looks_of, outlined_of
 from tracking.window.window import Window
 
 FloatArray = NDArray[np.float32]

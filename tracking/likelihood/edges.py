@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose
 from tracking.kernels.options import OPTIONS
-from tracking.window.contour import Contour, Texture, sample
+from tracking.window.contour import Contour, sample
 
 if TYPE_CHECKING:
     from tracking.evidence.evidence import Evidence
@@ -141,42 +141,6 @@ def measure_contour(
     return Edges(rows, offset, sigma, found & ~foreign, covered | foreign)
 
 
-def measure_texture(
-    evidence: Evidence,
-    smooth_live: FloatArray,
-    texture: Texture,
-    world_from_object: Pose,
-    *,
-    textured: bool,
-) -> Rows:
-    """Compare the object's own picture with the live one, after a fit of gain and offset.
-
-    Args:
-        evidence: the crop.
-        smooth_live: (H, W, 3) its live picture, smoothed like the texture's values.
-        texture: points drawn at a pose near `world_from_object`.
-        world_from_object: where to compare.
-        textured: whether the object has a pattern; shading alone is trusted less.
-    """
-    pixels, by_pose = projection(
-        texture.points, world_from_object, evidence.camera, evidence.world_from_camera.inverse()
-    )
-    seen = sample(smooth_live, pixels).astype(np.float64)
-    usable = sample(evidence.own, pixels) * (1 - sample(evidence.hidden, pixels)) > 0.25
-    if usable.sum() < 12:
-        return Rows(np.zeros((0, 6)), np.zeros(0), np.zeros(0))
-    model = texture.values.astype(np.float64)
-    gain, level = _gain_and_level(model[usable], seen[usable])
-    residual = seen - (gain * model + level)
-    slopes = gain * texture.slopes.astype(np.float64)
-    jacobian = np.einsum("nci,nij->ncj", slopes, by_pose)
-    shared = OPTIONS.texture_correlation if textured else OPTIONS.plain_correlation
-    weight = np.repeat(usable.astype(np.float64), 3) / (3.0 * shared)
-    # Light and blur that no gain accounts for: a bad match has a large sigma.
-    sigma = max(OPTIONS.texture_sigma, 1.5 * float(np.median(np.abs(residual[usable]))))
-    return Rows(jacobian.reshape(-1, 6) / sigma, -residual.reshape(-1) / sigma, weight)
-
-
 def _coarse_edges(
     evidence: Evidence, contour: Contour, pixels: Points, *, reach_px: float
 ) -> tuple[Points, NDArray[np.bool_], NDArray[np.bool_]]:
@@ -266,22 +230,3 @@ def _fine_edges(
     share = np.clip(share / np.maximum(contrast**2, 1e-6)[:, None], 0.0, 1.0)[:, 1:-1]
     area = (share[:, 1:-1].sum(axis=1) + 0.5 * (share[:, 0] + share[:, -1])) * 0.25
     return coarse + half * (area - 1.25), contrast
-
-
-def _gain_and_level(model: Points, seen: Points) -> tuple[float, Points]:
-    """Robust shared gain and per-channel level of seen ≈ gain · model + level."""
-    weight = np.ones(len(model))
-    gain, level = 1.0, np.zeros(3)
-    for _ in range(4):
-        total = max(float(weight.sum()), 1e-9)
-        mean_model = weight @ model / total
-        mean_seen = weight @ seen / total
-        a, b = model - mean_model, seen - mean_seen
-        spread = float(np.einsum("n,nc->", weight, a * a))
-        gain = float(np.einsum("n,nc->", weight, a * b)) / max(spread, 1e-6)
-        gain = min(max(gain, 0.3), 1.8)
-        level = mean_seen - gain * mean_model
-        off = np.linalg.norm(seen - gain * model - level, axis=1)
-        scale = max(1.5 * float(np.median(off)), 0.03)
-        weight = 1.0 / (1.0 + (off / scale) ** 2)
-    return gain, level

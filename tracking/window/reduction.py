@@ -1,44 +1,27 @@
-"""Reduction of a rendering to contour, texture and surface points.
+"""Reduction of a rendering to contour, texture and surface points, in Rust.
 
-The readable twin of `outlined_of` and `looks_of` in `tracking.window.native_reduction`.
+`tests/twins/reduction.py` is the readable twin.
 """
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.cameras import Fisheye
+from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose
+from scenes.render.native import lens_of
 from scenes.render.renderer import Rendering
+from tracking.kernels import native
+from tracking.kernels.arrays import arrays_of
 from tracking.kernels.reduction import REDUCTION
-from tracking.window.contour import (
-    Contour,
-    Texture,
-    contour_points,
-    lift,
-    sample,
-    texture_points,
-)
+from tracking.window.contour import Contour, Texture
 from tracking.window.extent import part_of
-from tracking.window.filters import bell_blurred, resized
 
 FloatArray = NDArray[np.float32]
 Points = NDArray[np.float64]
-
-
-TEXTURE_BLUR_PX, TEXTURE_BLUR_REACH_PX = 0.8, 3
-
-
-SILHOUETTE = 0.5
-DEEP_PX = 2.0
-"""The colour inside a contour is taken this far from it."""
-
-MIN_COVERED = 0.3
-MIN_ALPHA = 1e-6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,7 +60,36 @@ class Looks:
     area_px: int
 
 
-def reduce_outline(
+def contour_of(
+    drawn: Rendering,
+    camera: Fisheye | Pinhole,
+    object_from_camera: Pose,
+    *,
+    limit: int,
+    reach_px: float,
+) -> Contour:
+    """Return the silhouette's points: crossings of alpha ½, lifted to 3D by the drawn depth.
+
+    Args:
+        drawn: the object alone.
+        camera: it was drawn with.
+        object_from_camera: inverse of the pose it was drawn at.
+        limit: keep about this many points, evenly.
+        reach_px: how far parts and gaps are measured.
+    """
+    points, normals, inner, outer, colours = native.contour(
+        arrays_of(drawn), lens=lens_of(camera), limit=limit, reach_px=reach_px
+    )
+    return Contour(
+        np.ascontiguousarray(object_from_camera @ points.reshape(-1, 3)),
+        normals.reshape(-1, 2),
+        inner,
+        outer,
+        colours.reshape(-1, 3),
+    )
+
+
+def outlined_of(
     drawn: Rendering, camera: Fisheye, object_from_camera: Pose, *, finer: int
 ) -> Outlined:
     """Find the outline of a drawing and shrink what it shows to the window's own pixels.
@@ -88,53 +100,27 @@ def reduce_outline(
         object_from_camera: inverse of the pose it was drawn at.
         finer: pixels it was drawn with, each way, per pixel of the window.
     """
-    around_px = (
-        int(math.sqrt(REDUCTION.around_px2 * float((drawn.alpha > SILHOUETTE).sum()))) // finer
+    part, pixels, points, normals, inner_px, outer_px, (rgb, alpha, depth) = native.outlined(
+        arrays_of(drawn), lens=lens_of(camera), kept=REDUCTION.outline_for_native(finer=finer)
     )
-    contour = contour_points(
-        drawn,
-        camera,
-        object_from_camera,
-        limit=min(max(around_px, REDUCTION.fewest_points), REDUCTION.most_points),
-        reach_px=REDUCTION.reach_px * finer,
+    left, top, width, height = part
+    contour = Contour(
+        np.ascontiguousarray(object_from_camera @ points.reshape(-1, 3)),
+        normals.reshape(-1, 2),
+        inner_px,
+        outer_px,
+        np.zeros((len(inner_px), 3), np.float32),
     )
-    pixels, _ = camera.project(object_from_camera.inverse() @ contour.points)
-    rows, columns = (_shown(drawn.alpha, axis, finer) for axis in (0, 1))
-    corner = np.array([columns.start, rows.start], dtype=np.float64)
-    contour = replace(contour, inner_px=contour.inner_px / finer, outer_px=contour.outer_px / finer)
+    shape = (height, width)
     return Outlined(
-        part=(rows, columns),
-        pixels=pixels / finer - corner,
+        part=(slice(top, top + height), slice(left, left + width)),
+        pixels=pixels.reshape(-1, 2),
         contour=contour,
-        drawn=_seen(drawn, rows, columns, finer),
+        drawn=Rendering(rgb.reshape(*shape, 3), alpha.reshape(shape), depth.reshape(shape)),
     )
 
 
-def _shown(alpha: FloatArray, axis: int, finer: int) -> slice:
-    """The window's rows or columns in which anything is shown, with a margin."""
-    shown = np.flatnonzero((alpha > 0.0).any(axis=1 - axis))
-    first, last = (int(shown[0]), int(shown[-1])) if len(shown) else (0, 0)
-    low = max(first // finer - REDUCTION.trim_px, 0)
-    return slice(low, min(last // finer + 1 + REDUCTION.trim_px, alpha.shape[axis] // finer))
-
-
-def _seen(drawn: Rendering, rows: slice, columns: slice, finer: int) -> Rendering:
-    """A part of a drawing at the window's own pixels: what a lens makes of it."""
-    part = tuple(slice(side.start * finer, side.stop * finer) for side in (rows, columns))
-    rgb, alpha, depth = (
-        np.ascontiguousarray(picture[part]) for picture in (drawn.rgb, drawn.alpha, drawn.depth)
-    )
-    if finer == 1:
-        return Rendering(rgb, alpha, depth)
-    size = (columns.stop - columns.start, rows.stop - rows.start)
-    seen = resized(alpha, size)
-    depth = resized(depth * alpha, size) / np.maximum(seen, MIN_ALPHA)
-    return Rendering(resized(rgb, size), seen, np.asarray(depth, dtype=np.float32))
-
-
-def measure_looks(
-    found: Outlined, drawn: Rendering, window: Fisheye, object_from_camera: Pose
-) -> Looks:
+def looks_of(found: Outlined, drawn: Rendering, window: Fisheye, object_from_camera: Pose) -> Looks:
     """Pick points of a drawing: with structure, evenly over the silhouette, inside the contour.
 
     Args:
@@ -143,30 +129,23 @@ def measure_looks(
         window: the camera that the part is of.
         object_from_camera: inverse of the pose it was drawn at.
     """
-    camera, contour = part_of(window, found.part), found.contour
-    deep = found.pixels - contour.normals * np.minimum(0.5 * contour.inner_px, DEEP_PX)[:, None]
-    covered = np.maximum(sample(drawn.alpha, deep), MIN_COVERED)
-    colours = np.ascontiguousarray(sample(drawn.rgb, deep) / covered[:, None])
-    picture = bell_blurred(drawn.rgb, TEXTURE_BLUR_PX, TEXTURE_BLUR_REACH_PX)
-    texture = texture_points(
-        drawn,
-        picture,
-        camera,
-        object_from_camera,
-        limit=REDUCTION.texture_points,
-        min_slope=REDUCTION.least_slope,
+    contour = found.contour
+    colours, texture, surface, area_px = native.looks(
+        arrays_of(drawn),
+        {"pixels": found.pixels, "normals": contour.normals, "inner_px": contour.inner_px},
+        lens=lens_of(part_of(window, found.part)),
+        kept=REDUCTION.surface_for_native(),
     )
-    rows, columns = np.nonzero(drawn.alpha > SILHOUETTE)
-    area = len(rows)
-    if area > REDUCTION.surface_points:
-        chosen = np.linspace(0, area - 1, REDUCTION.surface_points).astype(int)
-        rows, columns = rows[chosen], columns[chosen]
-    pixels = np.stack([columns, rows], axis=1).astype(np.float64) + 0.5
-    depth = drawn.depth[rows, columns].astype(np.float64)
+    points, values, slopes = texture
+    surface_points, surface_colours = surface
     return Looks(
-        contour=replace(contour, colours=colours),
-        texture=texture,
-        surface=object_from_camera @ lift(camera, pixels, depth),
-        colours=picture[rows, columns] / drawn.alpha[rows, columns, None],
-        area_px=area,
+        contour=replace(contour, colours=colours.reshape(-1, 3)),
+        texture=Texture(
+            np.ascontiguousarray(object_from_camera @ points.reshape(-1, 3)),
+            values.reshape(-1, 3),
+            slopes.reshape(-1, 3, 2),
+        ),
+        surface=np.ascontiguousarray(object_from_camera @ surface_points.reshape(-1, 3)),
+        colours=surface_colours.reshape(-1, 3),
+        area_px=area_px,
     )

@@ -15,8 +15,7 @@ from benchmarks.evaluate.dataset.preparing import rigid_from_cameras, true_parts
 from benchmarks.evaluate.true_labels import object_triangles, static_triangles
 from scenes.package import ScenePackage, load_package
 from scenes.pose import Pose
-from scenes.prepare.reconstruction import View
-from scenes.prepare.saved_reconstruction import load_reconstruction
+from scenes.prepare.reconstruction import View, load_reconstruction
 from sim.phone.capture import read_truth
 
 FloatArray = NDArray[np.float64]

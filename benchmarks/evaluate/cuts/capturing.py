@@ -24,8 +24,7 @@ from scenes.package import is_package
 from scenes.pose import Pose
 from scenes.prepare.options import PrepareOptions
 from scenes.prepare.pipeline import prepare
-from scenes.prepare.reconstruction import View
-from scenes.prepare.saved_reconstruction import load_reconstruction, save_reconstruction
+from scenes.prepare.reconstruction import View, load_reconstruction, save_reconstruction
 from scenes.prepare.stages import open_work_folder
 from scenes.render.native import NativeRenderer
 from sim.phone.capture import IMAGES, TRUTH, read_truth

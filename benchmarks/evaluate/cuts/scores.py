@@ -31,44 +31,6 @@ MAX_STEPS = 12
 """Of those, from a splat's middle outwards: wider splats than 12 cm are sampled more coarsely."""
 
 
-@dataclass(frozen=True, slots=True)
-class CutScore:
-    """How well one object was cut out, one way.
-
-    Attributes:
-        room: name of the capture.
-        object_id: of the object.
-        family: of the object.
-        way: of marking.
-        photos: how many were marked; fewer than wanted where no more show the object.
-        iou: overlap of the object's splats with the true ones, by count.
-        iou_by_mesh: the same with those that lie near to its surface only.
-        missing: share of the true surface that photos saw with no splat of the cut near it.
-        foreign: share of the cut's splats, by area and opacity, that are far from its true surface.
-        taken: share of the cut's splats, by area and opacity, that are truly something else's: what
-            is foreign though the labels are right, lies off the surface that it paints.
-        box_cm: largest error of the box's extents; its whole size if refused, NaN without a box.
-        left: share of the object's true splats that stay in the room.
-        seconds: that the cut took.
-        refused: why there was none; empty if there was one.
-    """
-
-    room: str
-    object_id: str
-    family: str
-    way: str
-    photos: int
-    iou: float
-    iou_by_mesh: float
-    missing: float
-    foreign: float
-    taken: float
-    box_cm: float
-    left: float
-    seconds: float
-    refused: str = ""
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class TrueCut:
     """Truth that an object's cut is held against.
@@ -90,7 +52,18 @@ class TrueCut:
 
 @dataclass(frozen=True, slots=True)
 class Figures:
-    """Figures of one cut, as `CutScore` has them."""
+    """Figures of one cut.
+
+    Attributes:
+        iou: overlap of the object's splats with the true ones, by count.
+        iou_by_mesh: the same with those that lie near to its surface only.
+        missing: share of the true surface that photos saw with no splat of the cut near it.
+        foreign: share of the cut's splats, by area and opacity, that are far from its true surface.
+        taken: share of the cut's splats, by area and opacity, that are truly something else's: what
+            is foreign though the labels are right, lies off the surface that it paints.
+        box_cm: largest error of the box's extents; its whole size if refused, NaN without a box.
+        left: share of the object's true splats that stay in the room.
+    """
 
     iou: float
     iou_by_mesh: float
@@ -99,6 +72,29 @@ class Figures:
     taken: float
     box_cm: float
     left: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CutScore(Figures):
+    """How well one object was cut out, one way.
+
+    Attributes:
+        room: name of the capture.
+        object_id: of the object.
+        family: of the object.
+        way: of marking.
+        photos: how many were marked; fewer than wanted where no more show the object.
+        seconds: that the cut took.
+        refused: why there was none; empty if there was one.
+    """
+
+    room: str
+    object_id: str
+    family: str
+    way: str
+    photos: int
+    seconds: float
+    refused: str = ""
 
 
 def figures(truth: TrueCut, cutting: Cutting | None, *, room: SplatCloud) -> Figures:

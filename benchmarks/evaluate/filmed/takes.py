@@ -25,7 +25,7 @@ from devices.session_info import SessionInfo
 from scenes.package import DISTRIBUTION
 from scenes.pose import Pose
 from sim.truth import GroundTruth, IdMasks
-from studio.session.sources import SessionMessage, recorded_messages
+from studio.session.pipeline import SessionMessage, recorded_messages
 
 RECORDING, BODY_NUMBERS = "take.mcap", "body-numbers.zip"
 

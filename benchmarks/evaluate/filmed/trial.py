@@ -20,7 +20,7 @@ from sim.rehearsal import off_by
 from studio.evaluate.metrics import PoseError, pose_error
 from studio.evaluate.perfect_detector import PerfectDetector
 from studio.evaluate.scores import SYMMETRY_OF_KIND
-from studio.session.sources import SessionMessage
+from studio.session.pipeline import SessionMessage
 from studio.session.trackers.methods import make_method
 from tracking.output import TrackingMethod, TrackOutput
 

@@ -30,7 +30,7 @@ from scenes.samples import sample_room
 from studio.console.rows import Row, at_most
 from tracking.model.object_model import RENDER_OPTIONS, TrackModel, make_model
 from tracking.window.contour import REACH_PX, lift
-from tracking.window.native_reduction import contour_of
+from tracking.window.reduction import contour_of
 
 SCENES = ("lab", "desk")
 YAWS, ELEVATIONS_RAD = 12, (0.25, 0.7)

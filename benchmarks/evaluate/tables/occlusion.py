@@ -21,7 +21,7 @@ from scenes.samples import sample_room
 from sim.bodies import Placement
 from studio.console.rows import Row, at_most
 from studio.evaluate.figures import OTHER, OWN
-from studio.session.sources import SessionMessage
+from studio.session.pipeline import SessionMessage
 
 SCENE, OBJECT, KIND, TWIN = "lab", "chair-1", "chair", "chair-2"
 SHARES = tuple(k / 10 for k in range(10))

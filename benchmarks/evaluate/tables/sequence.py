@@ -25,7 +25,7 @@ from sim.bodies import Placement
 from studio.console.rows import Row, at_least, at_most
 from studio.evaluate.figures import OTHER, OWN
 from studio.evaluate.metrics import spread
-from studio.session.sources import SessionMessage
+from studio.session.pipeline import SessionMessage
 
 FRAME_NS = 33_333_333
 FRAMES = 100

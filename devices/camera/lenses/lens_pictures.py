@@ -6,6 +6,7 @@ Turning, shrinking and resampling are done on the planes Y, U and V, of which tw
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from functools import lru_cache
 
 import cv2
@@ -13,12 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.camera.lenses.layout import Arrangement, Box, LensLayout
-from devices.camera.stream_picture import Plane, StreamPicture
+from devices.camera.stream_decoder import Plane, StreamPicture
+from devices.session_info import LiveStream
 from scenes.cameras import Fisheye, Rig, pixel_centres
 from scenes.frames import FRONT_FROM_BACK_LENS
 from scenes.pose import Pose
 
 LensPicture = NDArray[np.uint8]
+
+LensPictures = tuple[LensPicture, ...]
 
 USUAL_LENS_DISTANCE_M = 0.03
 """Metres between the two lenses of a 360° camera along their axis where nobody measured them: X3
@@ -37,6 +41,18 @@ TURN_BACK = {
 
 MAX_MAPS = 4
 """Resampling maps that are kept, each of 8 bytes a pixel: two sizes with two turns."""
+
+
+def stream_images(pictures: Sequence[StreamPicture], stream: LiveStream) -> LensPictures:
+    """Upright lens pictures of what a live camera showed, as `Frame.images` holds them.
+
+    Args:
+        pictures: one for all lenses, or one a track.
+        stream: how they hold the lenses; of several tracks, how each of them does.
+    """
+    size = stream.lens_size_px
+    made = [lens_pictures(picture, stream.layout, lens_size_px=size) for picture in pictures]
+    return tuple(image for images in made for image in images)
 
 
 def lens_pictures(

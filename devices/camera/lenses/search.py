@@ -23,7 +23,7 @@ from devices.camera.lenses.upright_evidence import (
     turned_back,
     upright_nats,
 )
-from devices.camera.stream_picture import Plane, StreamPicture
+from devices.camera.stream_decoder import Plane, StreamPicture
 
 INSIDE, OUTSIDE = 0.85, 1.08
 """Radii over half a share's side: nearer is inside the circle, farther outside, between is neither.

@@ -48,7 +48,7 @@ class Peer:
 
     Args:
         index: of the person.
-        heard: takes each moment of their voice.
+        on_voice: takes each moment of their voice.
         wants_whole: takes the number of a video of which a whole picture is wanted.
         changed: takes the connection's state, as WebRTC calls it.
     """
@@ -57,14 +57,14 @@ class Peer:
         self,
         index: int,
         *,
-        heard: Callable[[int, Voice], None],
+        on_voice: Callable[[int, Voice], None],
         wants_whole: Callable[[int], None],
         changed: Callable[[str], None],
     ) -> None:
         self.index = index
         self.voices = [VoiceTrack() for _ in range(PLACES)]
         self.videos = [VideoTrack() for _ in range(VIDEOS)]
-        self._heard, self._wants_whole, self._changed = heard, wants_whole, changed
+        self._on_voice, self._wants_whole, self._changed = on_voice, wants_whole, changed
         self._connection = RTCPeerConnection(BUNDLED)
         self._connection.on("connectionstatechange", self._say_state)
 
@@ -134,7 +134,7 @@ class Peer:
             level_db,
             packet.payload,
         )
-        self._heard(self.index, voice)
+        self._on_voice(self.index, voice)
 
     def _say_state(self) -> None:
         self._changed(str(self._connection.connectionState))

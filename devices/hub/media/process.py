@@ -107,7 +107,7 @@ class MediaProcess:
         self._allow(index, may_speak=bool(order["may"]))
         peer = Peer(
             index,
-            heard=self._hear_peer,
+            on_voice=self._hear_peer,
             wants_whole=self._want_whole,
             changed=lambda state: self._say_state(state, index=index, number=number),
         )

@@ -1,5 +1,5 @@
 //! Points of a drawn object that its pose can be measured at: where its silhouette ends, where its
-//! picture has structure. `tracking/window/contour.py` says the same.
+//! picture has structure. `tests/twins/reduction.py` says the same.
 
 use std::ops::Range;
 

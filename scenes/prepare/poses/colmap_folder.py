@@ -20,8 +20,7 @@ from scenes.formats.storage.error import refusal
 from scenes.prepare.poses.sfm.job import Job, SfmOptions
 from scenes.prepare.poses.sfm.run import SFM_FOLDER, run_worker
 from scenes.prepare.progress import Progress, silent
-from scenes.prepare.reconstruction import Reconstruction, View
-from scenes.prepare.saved_reconstruction import load_reconstruction
+from scenes.prepare.reconstruction import Reconstruction, View, load_reconstruction
 
 PINHOLE_MODEL = 1
 """COLMAP's number for fx, fy, cx, cy."""

@@ -22,8 +22,7 @@ from scenes.prepare.poses.import_transforms import ignored_in, import_transforms
 from scenes.prepare.poses.sfm.job import SfmOptions
 from scenes.prepare.poses.sfm.run import MIN_VIEWS, SfmReport
 from scenes.prepare.progress import Progress, silent
-from scenes.prepare.reconstruction import Reconstruction
-from scenes.prepare.saved_reconstruction import load_reconstruction, save_reconstruction
+from scenes.prepare.reconstruction import Reconstruction, load_reconstruction, save_reconstruction
 
 TRANSFORMS = "transforms.json"
 KEPT = "reconstruction"

@@ -4,34 +4,45 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 
+from scenes.cameras import pixel_centres
 from scenes.harmonics import SH_C0
+from scenes.prepare.cells import cells_of
 from scenes.prepare.reconstruction import Reconstruction
-from scenes.prepare.train.depth.dense_points import dense_points
-from scenes.prepare.train.depth.seen_surfaces import Surface
+from scenes.prepare.train.depth.seen_surfaces import Surface, judge
 from scenes.prepare.train.optimiser.rows import TrainingRows, rows_of_cloud
 from scenes.prepare.train.training_photos import typical_distance
 from scenes.splats import SplatCloud
 
 NEIGHBOURS = 3
 """Neighbours whose mean distance is a first splat's size."""
+
 AROUND = 10
 """Neighbours, itself among them, by which a surface's direction is estimated."""
+
 FIRST_OPACITY = 0.3
 """Opacity of first splats."""
+
 MIN_POINTS = 10
 """Fewer points than this say nothing about a room."""
+
 SPACING = 0.025
 """Of the points that stereo adds, as a share of the distance at which the photos see the scene."""
+
 FIRST_SHARE = 0.4
 """Of the budget, at most: the rest goes where the error is."""
+
 FLATTEST = 0.2
 """Thickness of a first splat over its width at least."""
+
+MIN_PIXELS = 10
+"""Pixels, of all views, that have to see something in a cell of space before it is believed."""
 
 
 def seed_rows(
@@ -94,3 +105,40 @@ def _discs(points: NDArray[np.float64], colours: NDArray[np.float32]) -> SplatCl
         np.full(len(points), FIRST_OPACITY, dtype=np.float32),
         ((colours / 255 - 0.5) / SH_C0)[:, None, :].astype(np.float32),
     )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DensePoints:
+    """Points on surfaces.
+
+    Attributes:
+        points: (N, 3) world.
+        colours: (N, 3) float32, 0..255.
+    """
+
+    points: NDArray[np.float64]
+    colours: NDArray[np.float32]
+
+
+def dense_points(surfaces: Sequence[Surface], spacing: float) -> DensePoints:
+    """One point for each cell of space in which enough pixels see a surface.
+
+    Args:
+        surfaces: of all views; what is only filled in makes no points.
+        spacing: side of a cell, in the world's unit.
+    """
+    points, colours = [np.zeros((0, 3))], [np.zeros((0, 3))]
+    for surface in surfaces:
+        seen = np.flatnonzero(surface.is_seen)
+        rays = surface.camera.unproject(pixel_centres(surface.camera)[seen])
+        places = rays * (surface.depth.ravel()[seen] / rays[:, 2])[:, None]
+        points.append(surface.world_from_camera @ places)
+        colours.append(surface.picture.reshape(-1, 3)[seen].astype(np.float64))
+    every = np.hstack([np.concatenate(points), np.concatenate(colours)])
+    cells, cell = cells_of(every[:, :3], spacing)
+    count = np.bincount(cell, minlength=len(cells))
+    sums = [np.bincount(cell, column, len(count)) for column in every.T]
+    means = (np.stack(sums, axis=1) / count[:, None])[count >= MIN_PIXELS]
+    verdict = judge(means[:, :3], surfaces)
+    kept = ~verdict.is_stray
+    return DensePoints((means[:, :3] + verdict.offset)[kept], means[kept, 3:].astype(np.float32))

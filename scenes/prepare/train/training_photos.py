@@ -14,12 +14,15 @@ from numpy.typing import NDArray
 from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose
 from scenes.prepare.reconstruction import Reconstruction, View, read_picture
-from scenes.prepare.train.depth.bounds import depth_bounds
 from scenes.prepare.train.depth.seen_surfaces import Surface
-from scenes.render.training import DepthBounds, TrainingTarget
+from scenes.render.training import FARTHEST, DepthBounds, TrainingTarget
 
 KEPT_BYTES = 1_500_000_000
 """Prepared photos kept; the one not used for longest goes first and is read again if needed."""
+
+SEEN_SLACK, LENT_SLACK = 0.003, 0.006
+"""A surface may be nearer or farther by so much of its depth. Little: a splat is seen by many
+photos, whose errors cancel where its price has a slope for each."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -163,3 +166,19 @@ def typical_distance(reconstruction: Reconstruction) -> float:
             "training: no view sees a point; the poses and the points are not of one world"
         )
     return float(np.median(medians))
+
+
+def depth_bounds(surface: Surface, camera: Pinhole | Fisheye) -> DepthBounds:
+    """Depth bounds of a photo's pixels by its surface.
+
+    Args:
+        surface: of the same view.
+        camera: its lens at the size wanted.
+    """
+    slack = np.where(surface.is_seen, SEEN_SLACK, LENT_SLACK)
+    is_known = surface.is_seen | surface.is_propagated
+    near = np.where(is_known, surface.depth * (1 - slack), 0.0)
+    far = np.where(is_known, surface.depth * (1 + slack), FARTHEST)
+    size = (camera.width_px, camera.height_px)
+    near, far = (cv2.resize(v, size, interpolation=cv2.INTER_NEAREST) for v in (near, far))
+    return DepthBounds(near.astype(np.float32), far.astype(np.float32))

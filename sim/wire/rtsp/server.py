@@ -16,7 +16,7 @@ from typing import Protocol
 from urllib.parse import urlsplit
 
 from scenes.workers.task import Task
-from sim.wire.accepting import AcceptingPort
+from sim.wire.accepting import AcceptingPort, send_all
 from sim.wire.rtsp.requests import (
     Interleaved,
     Request,
@@ -364,15 +364,7 @@ class _Client:
     def send(self, data: bytes) -> None:
         """All of it, or `OSError` when the player takes nothing for `SEND_S`."""
         with self._sending:
-            rest, waited_s = memoryview(data), 0.0
-            while rest:
-                try:
-                    rest = rest[self._socket.send(rest) :]
-                    waited_s = 0.0
-                except TimeoutError:
-                    waited_s += WAIT_S
-                    if waited_s >= SEND_S or self._reader.is_cancelled:
-                        raise
+            send_all(self._socket, data, wait_s=WAIT_S, limit_s=SEND_S, sender=self._reader)
 
 
 def _is_below(url: str, path: str) -> bool:

@@ -8,8 +8,7 @@ from collections import deque
 from devices.camera.rtmp.chunks import RtmpError
 from scenes.workers.task import Task
 from sim.wire.flv_packets import avc_header, avc_picture
-from sim.wire.rtmp_client import RtmpClient
-from sim.wire.rtmp_push import RETRY_S, STALLED_S
+from sim.wire.rtmp_client import RETRY_S, STALLED_S, RtmpClient
 from sim.wire.streaming.outbox import Outbox
 from sim.wire.streaming.output import LOOK_S, OutputSetting
 from sim.wire.unit_faults import OutgoingUnit

@@ -15,7 +15,7 @@ from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QSizePolicy, QVB
 from devices.camera.lenses.layout import LensLayout
 from devices.camera.lenses.lens_pictures import lens_pictures
 from devices.camera.received import CameraState, Received
-from devices.camera.stream_picture import StreamPicture
+from devices.camera.stream_decoder import StreamPicture
 from devices.insta360.condition import LOW_BATTERIES
 from studio.app.live.words import age_words, size_words
 from studio.app.model.workbench import Workbench

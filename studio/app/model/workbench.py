@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 
 from scenes.state import SceneState
 from studio.app.model.actions import ActionError, ActionTable
-from studio.app.model.documents.document import Document, composed
-from studio.app.model.history import Change, History
+from studio.app.model.documents.document import Change, Document, History, composed
 from studio.app.model.log import Level, Log, LogLine
 from studio.app.model.names import shown_name
 from studio.app.model.offered import Offered

@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 from PySide6.QtCore import QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent
 from PySide6.QtWidgets import (
@@ -16,7 +21,6 @@ from PySide6.QtWidgets import (
 
 from studio.app.model.runs.guests import ROLES, Guests
 from studio.app.model.workbench import Workbench
-from studio.app.people.qr_code import qr_modules
 from studio.app.people.words import EXPIRES_SOON_S, ROLE_HINTS, code_words, time_words
 from studio.app.shell.theme import THEMES
 
@@ -29,6 +33,9 @@ length."""
 
 NO_CODE = "no code"
 """Words in the place of a code."""
+
+QUIET = 4
+"""Modules of white around the code, as its standard (ISO/IEC 18004) asks for."""
 
 
 class QrView(QWidget):
@@ -150,3 +157,22 @@ class InvitationView(QWidget):
 
     def _choose_role(self) -> None:
         self._bench.do("people.new_code", role=str(self.role.currentData()))
+
+
+@lru_cache(maxsize=4)
+def qr_modules(text: str) -> NDArray[np.bool_]:
+    """Return (N, N) whether each module of a text's QR code is dark, with white around.
+
+    Raises:
+        ValueError: the text is empty or too long for one.
+    """
+    import zxingcpp
+
+    if not text:
+        raise ValueError("qr code: the text is empty")
+    library: Any = zxingcpp
+    code = library.create_barcode(text, library.BarcodeFormat.QRCode, ec_level="M")
+    picture = library.write_barcode_to_image(code, scale=1, add_quiet_zones=False)
+    dark = np.pad(np.array(picture) < 128, QUIET)
+    dark.setflags(write=False)
+    return dark

@@ -26,7 +26,7 @@ class Child:
         # Trainers are processes of its own: they end with it.
         self._process = ChildProcess(
             module_command("studio.cli", *words),
-            heard=self._out.append,
+            on_line=self._out.append,
             last_words=LINES,
             has_group=True,
         )

@@ -6,8 +6,7 @@ from collections.abc import Callable
 
 from PySide6.QtGui import QUndoCommand, QUndoStack
 
-from studio.app.model.documents.document import Document
-from studio.app.model.history import Change
+from studio.app.model.documents.document import Change, Document
 from studio.app.model.workbench import Workbench
 
 LIMIT = 500

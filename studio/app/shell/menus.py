@@ -59,6 +59,7 @@ class Menus:
         self._window = window
         self._made: dict[str, QAction] = {}
         self._menus: dict[str, QMenu] = {}
+        self._coloured: dict[QAction, str] = {}
         self.toolbar = QToolBar("Main")
         self.toolbar.setObjectName("main toolbar")
         self.toolbar.setMovable(False)
@@ -76,6 +77,7 @@ class Menus:
                 self._add(action)
         for action_id in set(self._made) - {a.id for a in self._bench.actions}:
             gone = self._made.pop(action_id)
+            self._coloured.pop(gone, None)
             self._window.removeAction(gone)
             gone.deleteLater()
         self._fill_toolbar()
@@ -102,8 +104,10 @@ class Menus:
         import qtawesome  # loads fonts: not before the window is shown
 
         for action in self._bench.actions:
-            if action.icon and action.id in self._made:
-                self._made[action.id].setIcon(qtawesome.icon(action.icon, color=colour))
+            made = self._made.get(action.id)
+            if action.icon and made is not None and self._coloured.get(made) != colour:
+                made.setIcon(qtawesome.icon(action.icon, color=colour))
+                self._coloured[made] = colour
 
     def qt_action(self, action_id: str) -> QAction:
         """The one for an action."""

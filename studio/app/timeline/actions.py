@@ -1,4 +1,4 @@
-"""Actions of the timeline."""
+"""The timeline with its actions."""
 
 from __future__ import annotations
 
@@ -6,83 +6,10 @@ import shlex
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import Protocol
 
 from studio.app.model.actions import Action
 from studio.app.model.workbench import Workbench
-
-
-class Timeline(Protocol):
-    """The timeline, as the actions use it; see `TimelineDock`."""
-
-    bench: Workbench
-
-    @property
-    def is_open(self) -> bool:
-        """See the dock."""
-        ...
-
-    @property
-    def is_compared(self) -> bool:
-        """See the dock."""
-        ...
-
-    def open(self, path: str = "") -> None:
-        """See the dock."""
-        ...
-
-    def play(self) -> None:
-        """See the dock."""
-        ...
-
-    def seek(self, t_s: float) -> None:
-        """See the dock."""
-        ...
-
-    def step(self, frames: int) -> None:
-        """See the dock."""
-        ...
-
-    def jump(self, *, forward: bool) -> None:
-        """See the dock."""
-        ...
-
-    def to_first_failure(self) -> None:
-        """See the dock."""
-        ...
-
-    def change_speed(self, steps: int) -> None:
-        """See the dock."""
-        ...
-
-    def loop(self) -> None:
-        """See the dock."""
-        ...
-
-    def switch_curves(self) -> None:
-        """See the dock."""
-        ...
-
-    def mark(self, text: str = "", t_s: float | None = None) -> None:
-        """See the dock."""
-        ...
-
-    def close_recording(self) -> None:
-        """See the dock."""
-        ...
-
-    def fork(self, t_s: float | None = None, out: str = "", anyway: bool = False) -> None:
-        """See the dock."""
-        ...
-
-    def compare(self, a: str = "", b: str = "") -> None:
-        """See the dock."""
-        ...
-
-    def open_page(self) -> None:
-        """See the dock."""
-        ...
-
+from studio.app.timeline.dock import TimelineDock
 
 GROUP, ICON = "Timeline", "mdi6."
 
@@ -93,7 +20,7 @@ class _Row:
 
     id: str
     title: str
-    run: Callable[[Timeline], Callable[..., object]]
+    run: Callable[[TimelineDock], Callable[..., object]]
     hint: str = ""
     keys: str = ""
     icon: str = ""
@@ -186,9 +113,10 @@ PLAYBACK = (
 """Actions on a recording or a comparison, in the order of the menu."""
 
 
-def add_timeline_actions(dock: Timeline) -> None:
-    """Add what the Timeline menu holds."""
-    add = dock.bench.actions.add
+def make_timeline(bench: Workbench) -> TimelineDock:
+    """Make the timeline, and add what its menu holds."""
+    dock = TimelineDock(bench)
+    add = bench.actions.add
     add(
         Action(
             "timeline.open",
@@ -216,9 +144,11 @@ def add_timeline_actions(dock: Timeline) -> None:
         )
     for action in _comparing(dock):
         add(action)
+    dock.begin()
+    return dock
 
 
-def _comparing(dock: Timeline) -> tuple[Action, ...]:
+def _comparing(dock: TimelineDock) -> tuple[Action, ...]:
     bench = dock.bench
     return (
         Action(

@@ -22,7 +22,6 @@ from studio.app.model.names import shown_name
 from studio.app.model.workbench import Topic, Workbench
 from studio.app.shell.questions import ask_file
 from studio.app.shell.theme import THEMES, Theme
-from studio.app.timeline.actions import add_timeline_actions
 from studio.app.timeline.comparison.forking import TwoRuns
 from studio.app.timeline.comparison.runs import Runs
 from studio.app.timeline.comparison.view import ComparisonView
@@ -54,7 +53,6 @@ class TimelineDock(QWidget):
         self.viewing = Viewing(bench)
         self.runs = Runs(bench)
         self._build()
-        add_timeline_actions(self)
         bench.listen(Topic.RECORDING, self._on_recording)
         bench.listen(Topic.DOCUMENT, self._on_document)
         bench.listen(Topic.SETTINGS, self._on_theme)
@@ -62,6 +60,9 @@ class TimelineDock(QWidget):
         bench.listen(Topic.OPENED, self._leave_comparison)
         self._timer = QTimer(self)
         self._timer.timeout.connect(self.poll)
+
+    def begin(self) -> None:
+        """Show what is open, from now on; the actions are there."""
         self._timer.start(POLL_MS)
         self._on_recording()
         QTimer.singleShot(0, self, self._on_theme)

@@ -5,14 +5,16 @@ They are made on threads when they are first wanted, and again for another sessi
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 import numpy as np
 
 from devices.streams import Slot
-from scenes.mesh import CollisionMesh
+from scenes.coverage.directions import unpacked
+from scenes.coverage.sides import BOTTOM, GRID, NORMALS, box_cells
+from scenes.mesh import BoxPart, CollisionMesh
 from scenes.package import ScenePackage
 from scenes.pose import Pose
 from scenes.prepare.cutout.coverage.in_photos import missing_records, with_coverage
@@ -21,12 +23,23 @@ from scenes.state import ObjectModel
 from scenes.workers.task import Task
 from studio.app.model.workbench import Topic, Workbench
 from studio.app.viewport.by_hand.items import pose_of
-from studio.app.viewport.drawing.collision_wire import collision_mesh
 from studio.app.viewport.drawing.floor_errors import FloorErrors, floor_errors
-from studio.app.viewport.drawing.shapes import GREEN, Shape, Shown, Squares, Wire
-from studio.app.viewport.drawing.unseen_sides import unseen_squares
+from studio.app.viewport.drawing.shapes import GREEN, Colour, Shape, Shown, Squares, Wire
 
 T = TypeVar("T")
+
+FACES = ((0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1),
+         (2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4), (1, 5, 7), (1, 7, 3))  # fmt: skip
+"""Triangles of a box whose corner i has x, y and z by the bits 4, 2 and 1 of i."""
+
+ORANGE: Colour = (0.95, 0.55, 0.1)
+"""Of what nobody saw: no wood or wall has it, and it differs from the green of collision meshes."""
+
+OPACITY = 0.45
+"""Of the squares: the splats behind them stay visible."""
+
+OUTSIDE_M = 0.006
+"""Of the box, where they are drawn, metres: splats reach past their surface by about this."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -180,3 +193,61 @@ def _measured(scene: ScenePackage) -> ScenePackage:
 
 def _wire(mesh: CollisionMesh) -> Wire:
     return Wire("collision", mesh, GREEN)
+
+
+def collision_mesh(scene: ScenePackage) -> CollisionMesh:
+    """The mesh that stops objects in a scene, world metres.
+
+    Raises:
+        ValueError: nothing in the scene stops anything.
+    """
+    from scenes.samples import SAMPLE_NAMES, sample_room
+
+    if scene.collision is not None:
+        return scene.collision
+    solids = sample_room(str(scene.physical)).solids if scene.physical in SAMPLE_NAMES else ()
+    if not solids:
+        raise ValueError(
+            f"{scene.name}: the scene has no collision mesh; prepare it from its photos to get one"
+        )
+    return boxes_mesh(solids)
+
+
+def boxes_mesh(solids: Sequence[BoxPart]) -> CollisionMesh:
+    """Boxes as triangles."""
+    corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
+    vertices = [solid.object_from_box @ (corners * solid.half_size_m) for solid in solids]
+    faces = [np.array(FACES) + 8 * number for number in range(len(solids))]
+    return CollisionMesh(
+        np.concatenate(vertices).astype(np.float32), np.concatenate(faces).astype(np.int32)
+    )
+
+
+def unseen_squares(item: ObjectModel, world_from_object: Pose) -> Squares | None:
+    """The unseen cells of an object's box; None where photos saw all, or nobody has measured it.
+
+    Its underside is left out: it stands on that.
+
+    Args:
+        item: the object.
+        world_from_object: its pose as it is shown.
+    """
+    if item.coverage is None:
+        return None
+    is_unseen = ~unpacked(item.coverage.sides)
+    is_unseen[BOTTOM] = False
+    if not is_unseen.any():
+        return None
+    middles = box_cells(item.box_m).points
+    found: list[np.ndarray] = []
+    for side in np.flatnonzero(is_unseen.any(axis=1)):
+        half = np.array(item.box_m) / (2 * GRID) * (1.0 - np.abs(NORMALS[side]))
+        first, second = (axis for axis in range(3) if NORMALS[side][axis] == 0.0)
+        turns = np.ones((4, 3))
+        turns[:, first], turns[:, second] = (-1, 1, 1, -1), (-1, -1, 1, 1)
+        cells = middles[side][is_unseen[side]] + OUTSIDE_M * NORMALS[side]
+        found.append(cells[:, None, :] + turns * half)
+    corners = np.concatenate(found)
+    world = (world_from_object @ corners.reshape(-1, 3)).reshape(corners.shape)
+    colours = np.tile(ORANGE, (len(corners), 1))
+    return Squares(f"unseen {item.object_id}", world, colours, OPACITY)

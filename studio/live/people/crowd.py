@@ -169,7 +169,7 @@ class Crowd:
         self._process = ChildProcess(
             module_command("studio.cli", *words, "--clients", str(self._clients)),
             stdin=subprocess.PIPE,
-            heard=self._hear,
+            on_line=self._hear,
             last_words=LAST_WORDS,
             environment=module_environment(),
         )

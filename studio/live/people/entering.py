@@ -23,7 +23,7 @@ from scenes.state import (
     is_there,
 )
 from studio.session.live_surfaces import live_surface
-from studio.session.sources import PEOPLE, SessionMessage
+from studio.session.pipeline import PEOPLE, SessionMessage
 
 T = TypeVar("T")
 

@@ -1,11 +1,11 @@
-"""`benchmarks.random_rooms.families`: each member stands, is closed, as symmetric as said."""
+"""`benchmarks.random_rooms.room`: each member stands, is closed, as symmetric as said."""
 
 import numpy as np
 import pytest
 from scipy.spatial import KDTree
 
-from benchmarks.random_rooms.families import FAMILIES
 from benchmarks.random_rooms.movable import ROUND, TOP
+from benchmarks.random_rooms.room import FAMILIES
 from scenes.rays import RayScene
 
 MEMBERS = [(family, k) for family in FAMILIES for k in range(2)]

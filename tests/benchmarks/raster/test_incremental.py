@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.raster.incremental import StillView
+from benchmarks.raster.raster import StillView
 from scenes.pose import Pose
 from scenes.render.renderer import TILE_PX, PosedSplats, RenderOptions
 from scenes.splats import SplatCloud

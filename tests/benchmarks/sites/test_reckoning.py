@@ -5,8 +5,7 @@ import pytest
 
 from benchmarks.sites.building import BuildingFigures
 from benchmarks.sites.load import Costs, bundles_hz, error_percent, fit_costs, load_of
-from benchmarks.sites.queueing import periodic_arrivals, wait_at, waiting_times
-from benchmarks.sites.thousand import FULL, reckon
+from benchmarks.sites.thousand import FULL, periodic_arrivals, reckon, wait_at, waiting_times
 
 TRUE = Costs(
     np.array([0.01, 1e-5, 1e-9]),

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from benchmarks.twin.camera import FPS_BAR, measure_camera
+from benchmarks.twin.twin import FPS_BAR, measure_camera
 from sim.scenarios.scenario import load_scenario
 
 

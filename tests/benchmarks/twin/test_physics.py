@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks.twin import physics
-from benchmarks.twin.physics_room import HIGH_M, LOW_M, cartons, exact_room, scanned_room
+from benchmarks.twin.physics import HIGH_M, LOW_M, cartons, exact_room, scanned_room
 from scenes.pose import Pose
 from sim.physics.collision.surface import surface_of
 from sim.physics.engine import mujoco
@@ -17,7 +17,7 @@ from studio.cli import main
 def test_quick_figures(capsys, monkeypatch):
     monkeypatch.setattr(physics, "QUICK_THROWS", 20)
     monkeypatch.setattr(physics, "EDITS", 3)
-    monkeypatch.setattr("benchmarks.twin.physics_room.SCAN_EDGE_M", 0.12)
+    monkeypatch.setattr("benchmarks.twin.physics.SCAN_EDGE_M", 0.12)
     # Its status tells how busy the machine is.
     assert main(["bench", "physics", "--quick", "--json"]) in (0, 1)
     report = json.loads(capsys.readouterr().out)

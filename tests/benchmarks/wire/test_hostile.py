@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from benchmarks.wire import fuzz as fuzzing
-from benchmarks.wire.attack import HostilePeer, attack
+from benchmarks.wire.attack_hub import HostilePeer, attack
 from benchmarks.wire.fuzz import FuzzError, FuzzTarget, fuzz, targets
 from benchmarks.wire.hostile import LONGEST_INPUT, hostile_bytes, hostile_stream
 from devices.camera.rtmp.amf import encode_amf

@@ -19,9 +19,7 @@ from devices.camera.receiver import CameraReceiver
 from devices.clock import WallClock
 from devices.insta360.commands import CameraInfo
 from devices.video import H264Encoder
-from sim.wire.feed import numbered_pictures
 from sim.wire.preview_server import PreviewServer
-from sim.wire.rtmp_push import RtmpPush, StreamOptions
 from tests.devices.camera.parties.programs import (
     H264,
     PATTERN,
@@ -31,6 +29,7 @@ from tests.devices.camera.parties.programs import (
     running,
     wait_for,
 )
+from tests.pushed_camera import RtmpPush, StreamOptions, numbered_pictures
 
 SIZE, OTHER_SIZE = (640, 320), (480, 240)
 FPS = 30

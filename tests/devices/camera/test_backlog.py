@@ -7,7 +7,7 @@ import itertools
 from hypothesis import given
 from hypothesis import strategies as st
 
-from devices.camera.backlog import Arrived, Backlog
+from devices.camera.decoding import Arrived, Backlog
 from devices.camera.units import StreamFormat, Unit
 
 FORMAT = StreamFormat("h264")

@@ -14,7 +14,7 @@ from devices.camera.units import SourceError
 from devices.clock import WallClock
 from devices.insta360.metadata import new_metadata, write_metadata
 from devices.insta360.trailer import METADATA, PROTOBUF, Record, Trailer, write_trailer
-from sim.wire.feed import draw_number, read_number
+from tests.pushed_camera import draw_number, read_number
 
 SIZE = (160, 160)
 PICTURES = 12

@@ -7,8 +7,7 @@ import threading
 import numpy as np
 import pytest
 
-from devices.camera.backlog import Arrived
-from devices.camera.decoding import Decoding
+from devices.camera.decoding import Arrived, Decoding
 from devices.camera.received import Received
 from devices.camera.units import SourceError, StreamFormat, Unit
 from devices.clock import ManualClock

@@ -14,9 +14,8 @@ from devices.camera.address import parse_address
 from devices.camera.receiver import CameraReceiver
 from devices.clock import WallClock
 from devices.video import H264Encoder
-from sim.wire.feed import numbered_pictures, paced, read_number
-from sim.wire.rtmp_push import RtmpPush, StreamOptions
 from tests.devices.camera.parties.programs import free_port, wait_for
+from tests.pushed_camera import RtmpPush, StreamOptions, numbered_pictures, paced, read_number
 
 SIZE, FPS, COUNT = (1440, 720), 30, 300
 

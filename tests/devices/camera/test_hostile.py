@@ -14,7 +14,7 @@ import av
 import numpy as np
 import pytest
 
-from benchmarks.wire.attack import attack
+from benchmarks.wire.attack_hub import attack
 from benchmarks.wire.hostile import hostile_bytes
 from devices.camera.address import parse_address
 from devices.camera.received import CameraState
@@ -23,10 +23,9 @@ from devices.camera.rtmp.amf import encode_amf
 from devices.camera.rtmp.chunks import HANDSHAKE_BYTES, encode_message
 from devices.clock import WallClock
 from devices.video import H264Encoder
-from sim.wire.feed import numbered_pictures, read_number
 from sim.wire.flv_packets import avc_header, avc_picture
-from sim.wire.rtmp_push import RtmpPush
 from tests.devices.camera.parties.programs import free_port, wait_for
+from tests.pushed_camera import RtmpPush, numbered_pictures, read_number
 
 STREAMS = 1000
 SIZE, FPS = (320, 160), 30

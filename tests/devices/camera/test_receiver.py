@@ -12,8 +12,7 @@ from devices.camera.receiver import CameraReceiver
 from devices.clock import WallClock
 from devices.streams import BoundedQueue
 from devices.video import H264Decoder
-from sim.wire.feed import numbered_pictures, read_number
-from sim.wire.rtmp_push import RtmpPush
+from tests.pushed_camera import RtmpPush, numbered_pictures, read_number
 
 SIZE = (320, 160)
 

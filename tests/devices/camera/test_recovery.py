@@ -14,8 +14,6 @@ import pytest
 from devices.camera.address import parse_address
 from devices.camera.receiver import CameraReceiver
 from devices.clock import WallClock
-from sim.wire.feed import numbered_pictures
-from sim.wire.rtmp_push import RtmpPush
 from tests.devices.camera.parties.programs import free_port, wait_for
 from tests.devices.camera.recovery import (
     FPS,
@@ -27,6 +25,7 @@ from tests.devices.camera.recovery import (
     linked,
     residue,
 )
+from tests.pushed_camera import RtmpPush, numbered_pictures
 
 MAX_S = 15.0
 """Ceiling in the unit tests, three times the bar: other programs run beside them."""

@@ -3,9 +3,8 @@ from dataclasses import replace
 
 import pytest
 
-from devices.hub.channels import StateChannel
+from devices.hub.channels import StateChannel, people_of, rights_of, rights_text, whole_text
 from devices.hub.roles import Person, Role
-from devices.hub.telling import people_of, rights_of, rights_text, whole_text
 from devices.hub.things.board import Board
 from devices.hub.things.pen import Pen
 

@@ -13,7 +13,6 @@ from devices.insta360.offsets import (
     OffsetsV1,
     OffsetsV2,
     OffsetsV3,
-    in_lens_picture,
     read_offsets,
     write_offsets,
 )
@@ -73,15 +72,6 @@ def test_one_lens_and_a_string_without_its_flag_are_read():
     assert isinstance(read, OffsetsV3)
     assert (len(read.lenses), read.flag) == (1, None)
     assert write_offsets(read) == one
-
-
-def test_a_lens_of_its_own_picture_keeps_the_canvas_s_geometry():
-    v3 = read_offsets(OFFSET_V3)
-    small = in_lens_picture(v3.lenses[1], 1, 720)
-    assert (small.width_px, small.height_px) == (720, 720)
-    assert small.cx_px == pytest.approx((8066.33 - 5376) * 720 / 5376)
-    assert small.fx_px / small.cy_px == pytest.approx(4278.09 / 2692.03)
-    assert (small.xi, small.k1, small.roll_deg) == (2.0, 0.18963484, 89.754)
 
 
 @pytest.mark.parametrize(

@@ -38,8 +38,8 @@ class Cuttable:
         if not self.is_cut:
             self.inner.put(key, data)
 
-    def subscribe(self, pattern, heard):
-        return self.inner.subscribe(pattern, lambda k, d: None if self.is_cut else heard(k, d))
+    def subscribe(self, pattern, handler):
+        return self.inner.subscribe(pattern, lambda k, d: None if self.is_cut else handler(k, d))
 
     def serve(self, pattern, answer):
         return self.inner.serve(pattern, lambda k, q: None if self.is_cut else answer(k, q))
@@ -119,7 +119,7 @@ class ZenohNetwork:
         self._router = ChildProcess(
             [sys.executable, "-c", CODE],
             stdin=subprocess.PIPE,
-            heard=lines.append,
+            on_line=lines.append,
             last_words=20,
             environment=module_environment(),
         )

@@ -150,14 +150,15 @@ def boxes(rng, count=6):
     return Solids(centres, yaw_rotation(yaw), halves)
 
 
-def test_no_hand_is_further_than_a_centimetre_in_a_solid():
+@pytest.mark.parametrize("count", [COUNT // 10, pytest.param(COUNT, marks=pytest.mark.slow)])
+def test_no_hand_is_further_than_a_centimetre_in_a_solid(count):
     rng = np.random.default_rng(8)
-    deepest, moved = 0.0, 0
+    deepest, moved, at_once = 0.0, 0, count // 20
     for _ in range(20):
-        goals, solids = random_goals(rng, COUNT // 20), boxes(rng)
-        goals.eyes[:, :2], goals.eyes[:, 2] = 0.0, rng.uniform(1.4, 1.8, COUNT // 20)
-        picked = rng.integers(len(solids.centres), size=(COUNT // 20, 2))
-        inside = rng.uniform(-1.0, 1.0, (COUNT // 20, 2, 3)) * solids.halves[picked]
+        goals, solids = random_goals(rng, at_once), boxes(rng)
+        goals.eyes[:, :2], goals.eyes[:, 2] = 0.0, rng.uniform(1.4, 1.8, at_once)
+        picked = rng.integers(len(solids.centres), size=(at_once, 2))
+        inside = rng.uniform(-1.0, 1.0, (at_once, 2, 3)) * solids.halves[picked]
         goals.wrists[:] = solids.centres[picked] + turned(solids.rotations[picked], inside)
         _, free = solve_bodies(None, goals)
         _, skeleton = solve_bodies(None, goals, solids=solids)
@@ -167,7 +168,7 @@ def test_no_hand_is_further_than_a_centimetre_in_a_solid():
         moved += int((before.max(axis=1) > MAX_DEPTH_M).sum())
         stretch = length(skeleton.origins[:, 7] - skeleton.origins[:, 8])
         assert np.ptp(stretch / skeleton.scales) < 1e-6
-    assert moved > 1000, "the boxes are in the way"
+    assert moved > count // 10, "the boxes are in the way"
     assert deepest <= MAX_DEPTH_M + 1e-6
 
 

@@ -7,9 +7,8 @@ from scenes.package import ScenePackage, Stage
 from scenes.pose import Pose
 from scenes.prepare.pipeline import POINTS_FOLDER
 from scenes.prepare.reality import with_reality
-from scenes.prepare.reconstruction import Reconstruction
+from scenes.prepare.reconstruction import Reconstruction, save_reconstruction
 from scenes.prepare.room_photos import STRETCHED
-from scenes.prepare.saved_reconstruction import save_reconstruction
 
 
 def package(random_cloud, **changes):

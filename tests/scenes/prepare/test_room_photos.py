@@ -10,9 +10,8 @@ from scenes.package import ScenePackage, Stage
 from scenes.package.records import ViewPoint
 from scenes.pose import Pose
 from scenes.prepare.pipeline import POINTS_FOLDER
-from scenes.prepare.reconstruction import Reconstruction, View
+from scenes.prepare.reconstruction import Reconstruction, View, save_reconstruction
 from scenes.prepare.room_photos import STRETCHED, photos_of, views_of
-from scenes.prepare.saved_reconstruction import save_reconstruction
 
 CAMERA = Pinhole(64, 48, 50.0, 50.0, 32.0, 24.0)
 

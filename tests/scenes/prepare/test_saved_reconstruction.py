@@ -5,8 +5,12 @@ import pytest
 
 from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose, rotation_from_vector
-from scenes.prepare.reconstruction import Reconstruction, View
-from scenes.prepare.saved_reconstruction import load_reconstruction, save_reconstruction
+from scenes.prepare.reconstruction import (
+    Reconstruction,
+    View,
+    load_reconstruction,
+    save_reconstruction,
+)
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from benchmarks.raster.incremental import StillView
+from benchmarks.raster.raster import StillView
 from benchmarks.raster.reference.renderer import ReferenceRenderer
 from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose

@@ -53,7 +53,7 @@ def test_lines_both_ways_and_last_words():
             "sys.exit(3)"
         ),
         stdin=subprocess.PIPE,
-        heard=heard.append,
+        on_line=heard.append,
         last_words=2,
     )
     child.say("abc")
@@ -70,7 +70,7 @@ def test_lines_both_ways_and_last_words():
 
 def test_a_deaf_child_is_killed_after_its_patience():
     ready = threading.Event()
-    child = ChildProcess(python(DEAF), heard=lambda line: ready.set())
+    child = ChildProcess(python(DEAF), on_line=lambda line: ready.set())
     assert ready.wait(LIMIT_S)
     began = time.monotonic()
     child.end(patience_s=0.2)
@@ -108,7 +108,7 @@ def test_a_group_ends_together():
             "print(inner.pid, flush=True)\n"
             "time.sleep(600)"
         ),
-        heard=hear,
+        on_line=hear,
         has_group=True,
     )
     assert said.wait(LIMIT_S)

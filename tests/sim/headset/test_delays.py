@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from sim.headset.delays import BIN_MS, Delays
+from sim.headset.tally import BIN_MS, Delays
 
 
 def test_percentiles_are_those_of_all_delays():

@@ -16,7 +16,7 @@ from sim.headset.voice_peer import ToneTrack, VoicePeer
 
 def test_its_offer_is_as_the_pages():
     async def offer():
-        peer = VoicePeer(ToneVoice(1), voices=6, videos=4, heard=lambda _place, _opus: None)
+        peer = VoicePeer(ToneVoice(1), voices=6, videos=4, on_voice=lambda _place, _opus: None)
         try:
             return peer.state, await peer.offer()
         finally:

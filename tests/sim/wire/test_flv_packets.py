@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from devices.camera.rtmp.flv_video import FlvVideo
+from devices.camera.rtmp.session import FlvVideo
 from devices.video import H264Decoder, H264Encoder
 from sim.wire.flv_packets import avc_header, avc_picture, nal_units
 

@@ -7,10 +7,10 @@ import pytest
 from devices.messages import EncodedFrame
 from devices.video import H264Decoder, H264Encoder
 from sim.wire.faults import FaultSchedule, read_fault
-from sim.wire.feed import numbered_pictures, read_number
 from sim.wire.film.film import Film, FilmFormat
 from sim.wire.rtsp.packets import parameter_sets
 from sim.wire.unit_faults import UnitFaults, still_of, stills_of
+from tests.pushed_camera import numbered_pictures, read_number
 
 S = 1_000_000_000
 

@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 
 from studio.compare.comparison import kinship, read_comparison, scenario_difference
-from studio.compare.curves import error_curves
 from studio.compare.error_map import moved_objects
 from studio.compare.floor_cells import CELL_M, mean_errors
-from studio.compare.page import headline, render_comparison, write_comparison
+from studio.compare.page import error_curves, headline, render_comparison, write_comparison
 from studio.compare.run import what_is_missing
 
 

@@ -5,8 +5,8 @@ import pytest
 
 from devices.session_info import ForkOrigin, ScenarioChange
 from studio.console.rows import Row
+from studio.handover.share import write_stills
 from studio.handover.sheet import name_text, read_rows, sheet_html, sheet_markdown, sheet_of
-from studio.handover.stills import write_stills
 
 
 def make(info, rows, **given):

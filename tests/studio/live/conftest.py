@@ -11,17 +11,18 @@ import pytest
 from devices.camera.address import parse_address
 from devices.camera.lenses.layout import Arrangement, LensLayout
 from devices.clock import WallClock
-from sim.wire.feed import FedPicture
-from sim.wire.rtmp_push import RtmpPush, StreamOptions
 from studio.live.live import LiveSession
 from studio.live.setup import LiveSetup, Place
 from studio.session import opening
+from tests.pushed_camera import FedPicture, RtmpPush, StreamOptions
 
 LAYOUT = LensLayout(Arrangement.SIDE_BY_SIDE, (0, 0))
 FPS = 20
+LENS_PX = 128
+"""Side of a lens in the pictures that are pushed."""
 
 
-def textured(count=None, size=(256, 128)):
+def textured(count=None, size=(2 * LENS_PX, LENS_PX)):
     """Pictures with a texture that moves, at 20 Hz; bright enough for the light to pass."""
     generator = np.random.default_rng(3)
     ground = np.kron(generator.integers(60, 220, (16, 32, 3)), np.ones((8, 8, 1))).astype(np.uint8)

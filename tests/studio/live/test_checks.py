@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from sim.wire.feed import FedPicture
 from studio.live.checks import live_checks
 from studio.session.preflight import run_checks, worst
+from tests.pushed_camera import FedPicture
 from tests.studio.live.conftest import FPS
 
 

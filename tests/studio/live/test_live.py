@@ -9,7 +9,7 @@ from devices.recording import read_recording, read_session
 from devices.recording_codec import FrameStamp
 from studio.live.placing import PlacingError
 from studio.live.status import LiveState
-from studio.session.sources import recorded_messages
+from studio.session.pipeline import recorded_messages
 from tracking.options import TrackerOptions
 
 

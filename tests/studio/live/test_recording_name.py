@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from studio.live.recording_name import recording_in
+from studio.live.setup import recording_in
 
 
 def test_names_do_not_repeat(tmp_path, monkeypatch):

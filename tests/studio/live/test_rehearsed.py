@@ -12,10 +12,9 @@ from devices.clock import WallClock
 from scenes.opening import open_scene
 from scenes.render.native import NativeRenderer
 from studio.live.live import LiveSession
-from studio.live.rehearsed import RehearsedLive
+from studio.live.rehearsed import RehearsedLive, SimulatedCamera, SimulatedFeed
 from studio.live.report import live_rows
 from studio.live.setup import LiveSetup, Place
-from studio.live.simulated_camera import SimulatedCamera, SimulatedFeed
 
 SMALL = SimulatedFeed("lab", "lab-short", film_s=2.0, size="720x360", fps=10.0)
 

@@ -10,11 +10,11 @@ import numpy as np
 from devices.camera.lenses.layout import Arrangement, LensLayout
 from devices.camera.lenses.lens_pictures import assumed_rig
 from devices.camera.received import Received
-from devices.camera.stream_picture import picture_from_rgb
 from devices.session_info import LiveStream
 from scenes.pose import Pose
 from studio.live.placing import PlacedCamera
 from studio.live.relocation import SEARCH_EVERY_S, Lookout, Relocation
+from tests.stream_pictures import picture_from_rgb
 from tracking.output import CameraMoment, CameraNotice
 
 LAYOUT = LensLayout(Arrangement.SIDE_BY_SIDE, (0, 0))

@@ -12,8 +12,8 @@ from scenes.pose import Pose
 from scenes.state import Annotation, Avatar, AvatarGone, Proposal, SharedPrimitive
 from sim.scenarios.scenario import parse_scenario
 from studio.session.fork import Fork, open_fork
+from studio.session.pipeline import PEOPLE, recorded_messages
 from studio.session.plan import SessionPlan
-from studio.session.sources import PEOPLE, recorded_messages
 
 TEXT = "room = 'lab'\nduration_s = 1.2\n[camera]\nfps = 10\n"
 AT_NS = 700_000_000

@@ -9,9 +9,8 @@ from devices.recording_codec import RecordedTrack
 from scenes.state import Annotation
 from studio.session.live_surfaces import live_surface
 from studio.session.opening import open_session
-from studio.session.pipeline import CancelledError
+from studio.session.pipeline import CancelledError, SessionInput, recorded_messages
 from studio.session.plan import Pace, SessionPlan
-from studio.session.sources import SessionInput, recorded_messages
 from studio.session.trackers.methods import METHODS
 from studio.verbs.replay import Comparison
 

@@ -16,8 +16,6 @@ from devices.clock import WallClock
 from devices.messages import Event
 from devices.recorded.people import RecordedAvatar, RecordedProposal
 from devices.recording import read_recording
-from sim.wire.feed import FedPicture
-from sim.wire.rtmp_push import RtmpPush, StreamOptions
 from studio.live.people.hosting import Hosting
 from studio.live.setup import LiveSetup, Place
 from studio.session import opening
@@ -25,6 +23,7 @@ from studio.study import trial
 from studio.study.report import write_study_report
 from studio.study.tables import tables_of, write_tables
 from studio.study.trial import BEGUN, ENDED, Director, Stage, play_trial
+from tests.pushed_camera import FedPicture, RtmpPush, StreamOptions
 
 FPS = 20
 

@@ -7,8 +7,7 @@ import xml.etree.ElementTree as ElementTree
 
 import pytest
 
-from studio.sweep.chart import Series, chart
-from studio.sweep.page import sweep_page
+from studio.sweep.page import Series, chart, sweep_page
 
 SVG = "{http://www.w3.org/2000/svg}"
 

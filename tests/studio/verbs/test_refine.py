@@ -13,8 +13,7 @@ from scenes.package import ScenePackage, load_package, save_package
 from scenes.package.records import ViewPoint
 from scenes.pose import Pose
 from scenes.prepare.pipeline import POINTS_FOLDER
-from scenes.prepare.reconstruction import Reconstruction, View
-from scenes.prepare.saved_reconstruction import save_reconstruction
+from scenes.prepare.reconstruction import Reconstruction, View, save_reconstruction
 from scenes.render.native import NativeRenderer
 from scenes.render.reduction import merged
 from scenes.render.renderer import PosedSplats, RenderOptions

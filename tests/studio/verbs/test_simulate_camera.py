@@ -17,9 +17,9 @@ import pytest
 from devices.camera.address import parse_address
 from devices.camera.receiver import CameraReceiver
 from devices.clock import WallClock
-from sim.wire.feed import numbered_pictures
 from sim.wire.streaming.truth_file import read_truth
 from studio.cli import main
+from tests.pushed_camera import numbered_pictures
 
 SCRIPT = """
 import signal, sys

@@ -66,7 +66,7 @@ def test_codes_of_standard_input_and_an_end_by_a_signal(room):
     child = ChildProcess(
         module_command("studio.cli", *words),
         stdin=subprocess.PIPE,
-        heard=lines.append,
+        on_line=lines.append,
         environment=module_environment(),
     )
     try:

@@ -38,7 +38,7 @@ class Verb:
         self.process = ChildProcess(
             ["sh", "-c", 'exec "$@" 2>&1', "sh", *command],
             stdin=subprocess.DEVNULL,
-            heard=self.lines.append,
+            on_line=self.lines.append,
             environment=module_environment(),
         )
         stack.callback(self.process.end)

@@ -5,7 +5,7 @@ import pytest
 
 from scenes.pose import Pose
 from tests.tracking.camera.test_watch import FAR, LENS, seen
-from tracking.camera.glance import CELLS, glance_at, is_suspect, renew
+from tracking.camera.rig_state import CELLS, glance_at, is_suspect, renew
 from tracking.camera.watch import begin_watch
 
 

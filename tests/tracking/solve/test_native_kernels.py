@@ -11,6 +11,7 @@ from scenes.frames import FRONT_FROM_BACK_LENS, look_at
 from scenes.pose import Pose, rotation_angle, rotation_from_vector
 from scenes.render.renderer import Rendering
 from tests.twins import solver as reference
+from tests.twins.reduction import contour_points, texture_points
 from tracking.background.images import Exposure, expose
 from tracking.background.learning import LEARNER, Care, surroundings
 from tracking.evidence.evidence import Evidence
@@ -22,9 +23,9 @@ from tracking.likelihood.edges import measure_contour, projection
 from tracking.model.colours import ColourModel
 from tracking.model.templates import cut_out
 from tracking.solve.measurement import Measurement, judged, refined
-from tracking.window.contour import contour_points, sample, texture_points
+from tracking.window.contour import sample
 from tracking.window.filters import bell_blurred
-from tracking.window.native_reduction import contour_of
+from tracking.window.reduction import contour_of
 from tracking.window.window import Layer, window_around
 
 LENS = Fisheye.from_fov(480, math.radians(200))

@@ -10,8 +10,8 @@ from scenes.frames import look_at
 from scenes.pose import Pose
 from scenes.render.renderer import Rendering
 from tests.tracking.solve.test_native_kernels import AXES_M, CHAIR, egg
-from tracking.window import reduction
-from tracking.window.native_reduction import looks_of, outlined_of
+from tests.twins import reduction
+from tracking.window.reduction import looks_of, outlined_of
 
 WINDOW = Fisheye(72, 56, 70.0, 33.0, 30.0, max_angle=math.radians(100))
 

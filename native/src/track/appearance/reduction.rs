@@ -1,5 +1,5 @@
 //! What of a drawing is kept: its outline, its picture at the window's own pixels, points on it.
-//! `tracking/window/reduction.py` says the same.
+//! `tests/twins/reduction.py` says the same.
 
 use crate::camera::lens::Lens;
 use crate::track::contour::{along, contour, lifted, Contour, Drawn};

@@ -25,8 +25,7 @@ from scenes.prepare.poses.sfm.job import (
 )
 from scenes.prepare.poses.sfm.verdict import describe, judge_result
 from scenes.prepare.progress import Progress, silent
-from scenes.prepare.reconstruction import Reconstruction
-from scenes.prepare.saved_reconstruction import load_reconstruction
+from scenes.prepare.reconstruction import Reconstruction, load_reconstruction
 from scenes.workers.child_process import ChildProcess, module_command, module_environment
 
 SFM_FOLDER = "sfm"

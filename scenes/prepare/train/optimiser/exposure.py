@@ -11,7 +11,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.prepare.train.optimiser.loss import as_seen
 from scenes.render.training import Distance, Exposure
 
 RATE = 1e-3
@@ -93,3 +92,21 @@ def fitted(
         gain = ((x - x.mean()) * (y - y.mean())).mean() / variance if variance > 0 else 1.0
         out[..., channel] = gain * (x - x.mean()) + y.mean()
     return np.clip(out, 0, 1)
+
+
+def as_seen(rgb: NDArray[np.float64], exposure: Exposure) -> NDArray[np.float64]:
+    """(H, W, 3) what a photo shows of what is drawn."""
+    _, falloff = falloff_of(rgb, exposure)
+    return np.array(exposure.gain) * falloff * rgb + np.array(exposure.bias)
+
+
+def falloff_of(
+    rgb: NDArray[np.float64], exposure: Exposure
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """(H, W, 2) r² and r⁴ of the pixels of a picture, and (H, W, 1) its falloff."""
+    height, width, _ = rgb.shape
+    x = np.arange(width) + 0.5 - width / 2
+    y = np.arange(height) + 0.5 - height / 2
+    square = (x**2 + y[:, None] ** 2) / (width**2 / 4 + height**2 / 4)
+    powers = np.stack([square, square**2], axis=2)
+    return powers, 1 + powers @ np.array(exposure.falloff)[:, None]

@@ -1,4 +1,4 @@
-"""Work on threads of its own: scenes, live cameras, packages to share.
+"""Work on threads of its own: scenes, live cameras.
 
-`scene_job.py`, `live_job.py`, `share_job.py`; `sessions.py` (what docks may ask of what plays).
+`scene_job.py`, `live_job.py`; `sessions.py` (what docks may ask of what plays).
 """

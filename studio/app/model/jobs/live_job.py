@@ -29,7 +29,7 @@ if TYPE_CHECKING:  # what a session needs takes a second to import: not before t
     from studio.live.sites.sharing import Sharing
     from studio.live.status import LiveResult
     from studio.session.preflight import Check
-    from studio.session.session import SessionOutput
+    from studio.session.session import Session
 
 CLOSE_S = 5.0
 """Seconds that a window that closes waits for the session: packets are written out in less.
@@ -104,6 +104,11 @@ class LiveJob(SceneJob):
     def plays(self) -> bool:
         """See `SceneJob`."""
         return True
+
+    @property
+    def session(self) -> Session | None:
+        """See `SceneJob`; None before the camera is placed."""
+        return None if self.live is None else self.live.tracked
 
     @property
     def drawing(self) -> str:
@@ -186,10 +191,11 @@ class LiveJob(SceneJob):
                         seconds=plan.seconds,
                     )
                 )
+                self._watch = self._rehearsed.watch
                 self._rehearsed.direct()
             Task("live session", self._watch_over).start()
             self.check()
-            self._finish(live.run(self._see_live))
+            self._finish(live.run(self._see))
 
     def _session(self, scene: ScenePackage, stack: ExitStack) -> LiveSession:
         """Make the session, and let people join it until the stack is left."""
@@ -199,7 +205,7 @@ class LiveJob(SceneJob):
         from studio.live.locating import RoomLocator
         from studio.live.people.doors import Doors
         from studio.live.people.hosting import invitations_for, join_line
-        from studio.live.recording_name import recording_in
+        from studio.live.setup import recording_in
 
         plan, clock, renderer = self.plan, WallClock(), NativeRenderer()
         hosting = plan.hosting
@@ -266,13 +272,6 @@ class LiveJob(SceneJob):
         if result.recording is not None and result.recording.exists():
             self.recording = result.recording
         self.last_words = f"the live session has ended; the report is {self.report}"
-
-    def _see_live(self, output: SessionOutput) -> None:
-        assert self.live is not None
-        self.session = self.live.tracked
-        self._see(output)
-        if self._rehearsed is not None:
-            self._rehearsed.watch(output)
 
     def _watch_over(self, _task: Task[None]) -> None:
         """Say how it goes; end it where the simulated camera has failed, or its time is over."""

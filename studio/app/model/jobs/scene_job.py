@@ -56,7 +56,7 @@ class SceneJob:
         self.outputs: Slot[SessionOutput] = Slot()
         self.lines: Slot[str] = Slot()
         self.opened: ScenePackage | None = None
-        self.session: Session | None = None
+        self._played: Session | None = None
         self.performance: Performance | None = None
         self.failure: BaseException | None = None
         self.last_words = ""
@@ -78,6 +78,11 @@ class SceneJob:
     def start(self) -> None:
         """Begin."""
         self._task.start()
+
+    @property
+    def session(self) -> Session | None:
+        """The session that plays; None before it does."""
+        return self._played
 
     @property
     def running(self) -> bool:
@@ -178,7 +183,7 @@ class SceneJob:
             raise CancelledError from None
 
     def _see_session(self, session: Session) -> None:
-        self.session = session
+        self._played = session
         self.opened = session.scene
 
     def _see(self, output: SessionOutput) -> None:

@@ -8,13 +8,14 @@ from enum import StrEnum
 from typing import TYPE_CHECKING
 
 from scenes.workers.task import Task
-from studio.app.model.runs.hub_parts import DoorsLike, HubLike
 from studio.app.model.runs.live_run import LiveRun
 from studio.app.model.workbench import Topic, Workbench
 
 if TYPE_CHECKING:  # the hub takes a second to import: not before somebody is let in
     from devices.hub.contract import Invitation
     from devices.hub.roles import Person, Role
+    from devices.hub.server import Hub
+    from studio.live.people.doors import Doors
     from studio.live.people.hosting import Hosting
 
 OPENING = "opening the room to people"
@@ -63,7 +64,7 @@ class Guests:
         doors: returns the doors of the session that plays, or None.
     """
 
-    def __init__(self, bench: Workbench, doors: Callable[[], DoorsLike | None]) -> None:
+    def __init__(self, bench: Workbench, doors: Callable[[], Doors | None]) -> None:
         self.invitation: Invitation | None = None
         """The code that is shown; None before one is made, and after it was used."""
         self.asks_for_network = False
@@ -71,8 +72,8 @@ class Guests:
         self._bench, self._doors = bench, doors
         self._role = "remote"
         self._opening: Task[str] | None = None
-        self._opens_for: DoorsLike | None = None
-        self._shown_of: HubLike | None = None
+        self._opens_for: Doors | None = None
+        self._shown_of: Hub | None = None
         self._known: frozenset[str] = frozenset()
         self._undo: list[Undone] = []
 
@@ -317,7 +318,7 @@ class Guests:
         before = self._undo.pop().before
         now = self.person(before.person_id)
 
-        def restore(hub: HubLike) -> None:
+        def restore(hub: Hub) -> None:
             if now.role != before.role:
                 hub.set_role(before.person_id, before.role)
             if now.is_muted != before.is_muted:
@@ -331,34 +332,34 @@ class Guests:
         self._undo.append(Undone(label, before))
         del self._undo[:-MAX_UNDO]
 
-    def _done(self, change: Callable[[HubLike], None]) -> None:
+    def _done(self, change: Callable[[Hub], None]) -> None:
         try:
             change(self._open_hub())
         except KeyError as error:
             raise ValueError(f"people: {error.args[0]} has left") from error
         self._bench.announce(Topic.SESSION)
 
-    def _hub(self) -> HubLike | None:
+    def _hub(self) -> Hub | None:
         doors = self._doors()
         return None if doors is None else doors.hub
 
-    def _open_hub(self) -> HubLike:
+    def _open_hub(self) -> Hub:
         hub = self._hub()
         if hub is None:
             raise ValueError("people: nobody can join yet: let people in first")
         return hub
 
-    def _needed(self) -> DoorsLike:
+    def _needed(self) -> Doors:
         doors = self._doors()
         if doors is None:
             raise ValueError("people: they join a live session: check and connect first")
         return doors
 
 
-def doors_of(live: LiveRun) -> Callable[[], DoorsLike | None]:
+def doors_of(live: LiveRun) -> Callable[[], Doors | None]:
     """Return what returns the doors of the live session that plays."""
 
-    def found() -> DoorsLike | None:
+    def found() -> Doors | None:
         job = live.job
         return None if job is None or live.session is None else job.doors
 
@@ -383,7 +384,7 @@ def _words(values: Iterable[object]) -> str:
     return ", ".join(str(each) for each in values)
 
 
-def _opened(doors: DoorsLike, hosting: Hosting) -> str:
+def _opened(doors: Doors, hosting: Hosting) -> str:
     """Return why doors cannot be opened; empty when they are open."""
     try:
         doors.open(hosting)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from studio.app.model.documents.document import Document
 from studio.app.model.standing import StandingError
@@ -14,6 +14,7 @@ from studio.app.model.workbench import Workbench
 
 if TYPE_CHECKING:
     from scenes.package import ScenePackage
+    from studio.app.model.runs.session_run import SessionRun
 
 
 class Answer(StrEnum):
@@ -67,14 +68,6 @@ def document_name(bench: Workbench) -> str:
     return bench.project.stem if bench.project else Path(bench.document.scene).name
 
 
-class LoadsScenes(Protocol):
-    """Reads scenes; `SessionRun` is the one there is."""
-
-    def open_scene(self, scene: str, then: Callable[[ScenePackage], None] | None = None) -> None:
-        """Read a scene on a thread; what plays is stopped first."""
-        ...
-
-
 class Replacing:
     """Opens documents. Until a room is read, the one before stays with its view, edits and undo.
 
@@ -84,7 +77,7 @@ class Replacing:
         leaving: asks about unsaved edits.
     """
 
-    def __init__(self, bench: Workbench, run: LoadsScenes, leaving: Leaving) -> None:
+    def __init__(self, bench: Workbench, run: SessionRun, leaving: Leaving) -> None:
         self._bench, self._run, self._leaving = bench, run, leaving
 
     def open(

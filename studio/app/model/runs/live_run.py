@@ -6,10 +6,10 @@ import shlex
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from studio.app.model.jobs.live_job import LiveJob, LivePlan
-from studio.app.model.jobs.scene_job import SceneJob
+from studio.app.model.jobs.sessions import Sessions
 from studio.app.model.settings import RECENT
 from studio.app.model.workbench import Topic, Workbench
 
@@ -60,42 +60,6 @@ NO_STEP = frozenset({Step.OPENING, Step.GOES_LIVE, Step.ENDING})
 """Steps after which the next one comes by itself."""
 
 
-class Plays(Protocol):
-    """Player of the jobs; `SessionRun` is the one there is."""
-
-    @property
-    def out(self) -> Path:
-        """Folder where every session gets one of its own."""
-        ...
-
-    def new_folder(self, *words: str, out: Path | None = None) -> Path:
-        """Make the folder of the session that comes next; it goes if that leaves nothing."""
-        ...
-
-    @property
-    def job(self) -> SceneJob | None:
-        """The job that runs or ran last."""
-        ...
-
-    @property
-    def is_busy(self) -> bool:
-        """Whether it is at work."""
-        ...
-
-    @property
-    def is_playing(self) -> bool:
-        """Whether a session is playing."""
-        ...
-
-    def play(self, job: SceneJob) -> None:
-        """Play a session."""
-        ...
-
-    def stop(self) -> None:
-        """Ask what runs to stop."""
-        ...
-
-
 class LiveRun:
     """Asks for live sessions and directs the one that plays. It belongs to the main thread.
 
@@ -104,7 +68,7 @@ class LiveRun:
         run: plays them.
     """
 
-    def __init__(self, bench: Workbench, run: Plays) -> None:
+    def __init__(self, bench: Workbench, run: Sessions) -> None:
         self.choice = LiveChoice(next(iter(bench.settings.cameras), DEFAULT_CAMERA))
         self.layout: LensLayout | None = None
         """The layout that a person looks at before it is confirmed; None for the found one."""

@@ -1,5 +1,5 @@
 """The floor from above: people, their ways and goals as handles.
 
-`view.py` of `handle.py` `surface_ends.py` (what is dragged), `backdrop.py` (the room below it,
+`view.py` of `handle.py` (what is dragged), `backdrop.py` (the room below it,
 opened on a thread).
 """

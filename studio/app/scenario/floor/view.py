@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import partial
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,16 +33,25 @@ from sim.scenarios.scenario import Scenario
 from studio.app.model.workbench import Workbench
 from studio.app.scenario.colours import on, person_colour, theme_of
 from studio.app.scenario.floor.handle import PX_PER_M, Handle, to_scene
-from studio.app.scenario.floor.surface_ends import Corner, Part, middle_of, with_part_at
 from studio.app.scenario.plan import Block, Item, RoomPlan
 
 PERSON_M = 0.24
 """Radius of a person's disc: the simulator's body."""
+
 HANDLE_M = 0.11
 """Radius of a handle."""
+
 NOSE_SHARE, NOSE_HANDLE_M = 1.7, 0.07
 """How far the arrow of a person's facing reaches, in radii; and the handle at its tip."""
+
 MARGIN_M = 0.3
+
+Part = Literal["left", "right", "whole"]
+
+Corner = Sequence[float]
+
+EDGES: dict[Part, tuple[int, ...]] = {"left": (0, 3), "right": (1, 2), "whole": (0, 1, 2, 3)}
+"""Numbers of the corners that a part is: they go clockwise from the top left."""
 
 
 class FloorPlan(QGraphicsView):
@@ -328,3 +338,34 @@ class FloorPlan(QGraphicsView):
         item.setBrush(colour)
         size = item.boundingRect()
         item.setPos(-size.width() / 2, -size.height() / 2)
+
+
+def middle_of(corners: Sequence[Corner], part: Part) -> tuple[float, float]:
+    """(x, y) of the middle of a part, metres.
+
+    Args:
+        corners: four (x, y, z), clockwise from the top left.
+        part: which.
+    """
+    of = [corners[k] for k in EDGES[part]]
+    return sum(c[0] for c in of) / len(of), sum(c[1] for c in of) / len(of)
+
+
+def with_part_at(
+    corners: Sequence[Corner], part: Part, x: float, y: float
+) -> list[tuple[float, float, float]]:
+    """The corners after a part was dragged to a place, to the millimetre.
+
+    Args:
+        corners: four (x, y, z), clockwise from the top left.
+        part: what was dragged.
+        x: where its middle is now, metres.
+        y: likewise.
+    """
+    from_x, from_y = middle_of(corners, part)
+    moved = {k: (x - from_x, y - from_y) for k in EDGES[part]}
+    found: list[tuple[float, float, float]] = []
+    for k, corner in enumerate(corners):
+        dx, dy = moved.get(k, (0.0, 0.0))
+        found.append((round(corner[0] + dx, 3), round(corner[1] + dy, 3), float(corner[2])))
+    return found

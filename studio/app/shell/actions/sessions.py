@@ -208,9 +208,3 @@ class SharingActions:
 
 def _place_of(rehearsal: Path) -> Path:
     return rehearsal.with_name(f"{rehearsal.name}-shared")
-
-
-def project_command(bench: Workbench) -> str:
-    """The command that opens what is open."""
-    project = bench.project
-    return shlex.join(["nexus", "studio", str(project) if project else bench.document.scene])

@@ -22,7 +22,7 @@ class Dock:
         title: on its tab.
         icon: of its tab.
         side: where it begins; docks of one side are tabs of one another.
-        content: `module:Class`, made with the bench when the dock is first shown.
+        content: `module:Class` or a function, called with the bench when the dock is first shown.
         hint: what it is for.
         keys: shows it.
     """
@@ -114,7 +114,7 @@ DOCKS = (
         "Timeline",
         "mdi6.chart-timeline-variant",
         "bottom",
-        "studio.app.timeline.dock:TimelineDock",
+        "studio.app.timeline.actions:make_timeline",
         "recorded sessions: go to any instant, see errors, fork, compare",
         "Ctrl+5",
     ),

@@ -41,7 +41,8 @@ class SingleKeys(QObject):
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """See Qt: who accepts the override of a shortcut gets the key itself."""
-        if event.type() != QEvent.Type.ShortcutOverride or not isinstance(event, QKeyEvent):
+        # Every event of the program comes by: its class is known sooner than its type.
+        if not isinstance(event, QKeyEvent) or event.type() != QEvent.Type.ShortcutOverride:
             return False
         focus = QApplication.focusWidget()
         if focus is None or not _is_single(event) or not self._keeps(focus, Qt.Key(event.key())):

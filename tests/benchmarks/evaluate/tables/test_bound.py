@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.evaluate.tables.bound import bound_in_words, pose_bound
+from benchmarks.evaluate.tables.distance import bound_in_words, pose_bound
 from scenes.cameras import Fisheye
 from scenes.pose import Pose
 from scenes.samples import sample_room

@@ -7,7 +7,7 @@ from benchmarks.evaluate.tables.sequence import HAND_HELD, PUSHED, every, good_s
 from devices.messages import EncodedFrame, Frame
 from scenes.pose import Pose
 from scenes.samples import sample_room
-from studio.session.sources import SessionInput, SessionMessage
+from studio.session.pipeline import SessionInput, SessionMessage
 from tests.studio.conftest import RIG
 
 TRUE = {"chair-1": Pose.identity()}

@@ -6,8 +6,9 @@ import pytest
 
 from devices.camera.lenses.layout import Arrangement, LensLayout
 from devices.camera.lenses.lens_pictures import assumed_rig, lens_pictures
-from devices.camera.stream_picture import StreamPicture, picture_from_rgb
+from devices.camera.stream_decoder import StreamPicture
 from scenes.cameras import pixel_centres
+from tests.stream_pictures import picture_from_rgb
 
 SIZE = 128
 

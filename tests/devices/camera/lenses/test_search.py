@@ -14,9 +14,10 @@ from benchmarks.random_rooms.room import random_room
 from devices.camera.lenses.layout import Arrangement, LensLayout
 from devices.camera.lenses.search import PAIRS_OF_TURNS, darkness_outside, find_layout, shrunk
 from devices.camera.lenses.upright_evidence import rim_agreement, small_lens_picture, upright_nats
-from devices.camera.stream_picture import StreamPicture, picture_from_rgb
+from devices.camera.stream_decoder import StreamPicture
 from sim.bodies import Placement, body_of_object
 from sim.camera.camera360 import Camera360, CameraOptions, default_rig
+from tests.stream_pictures import picture_from_rgb
 
 FRAME = os.environ.get("NEXUS_DUAL_FISHEYE_FRAME", "")
 """A real camera's I420 frame as a grey or coloured picture: Y above the two quarters U and V."""

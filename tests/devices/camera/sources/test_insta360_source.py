@@ -16,8 +16,8 @@ from devices.camera.units import Idle, SourceError, Unit
 from devices.clock import WallClock
 from devices.insta360.commands import CameraInfo
 from devices.video import H264Encoder
-from sim.wire.feed import numbered_pictures, read_number
 from sim.wire.preview_server import PreviewFaults, PreviewServer
+from tests.pushed_camera import numbered_pictures, read_number
 
 SIZE = (320, 160)
 INFO = CameraInfo("IXSE42", "Insta360 X4", "v1.4.6", 0.8)

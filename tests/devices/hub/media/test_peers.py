@@ -16,7 +16,7 @@ def answered(text):
         process._listen_at(["127.0.0.1"])
         peer = Peer(
             1,
-            heard=lambda _index, _voice: None,
+            on_voice=lambda _index, _voice: None,
             wants_whole=lambda _number: None,
             changed=lambda _state: None,
         )

@@ -48,7 +48,7 @@ class Room:
             voice,
             voices=6,
             videos=4,
-            heard=lambda place, opus: heard.append((place, opus)),
+            on_voice=lambda place, opus: heard.append((place, opus)),
             seen=lambda place, length: seen.append((place, length)),
         )
         answer = await self.ask(index, await peer.offer(), may=may)

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from scenes.cameras import Pinhole
 from scenes.pose import Pose, rotation_from_vector
-from scenes.prepare.poses.epipolar import epipolar_distances_px
+from scenes.prepare.poses.sfm.outcome import epipolar_distances_px
 
 A = Pinhole(640, 480, 500.0, 510.0, 320.0, 240.0)
 B = Pinhole(800, 600, 700.0, 690.0, 390.0, 310.0)

@@ -4,7 +4,12 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scenes.prepare.poses.pairs import all_pairs, neighbour_pairs, picture_signatures, similar_pairs
+from scenes.prepare.poses.sfm.features import (
+    all_pairs,
+    neighbour_pairs,
+    picture_signatures,
+    similar_pairs,
+)
 
 
 @given(st.integers(0, 40))

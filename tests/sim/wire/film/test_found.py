@@ -11,9 +11,9 @@ from devices.session_info import SessionInfo
 from devices.video import H264Decoder, H264Encoder
 from scenes.pose import Pose
 from sim.camera.camera360 import default_rig
-from sim.wire.feed import numbered_pictures, read_number
 from sim.wire.film.film_file import read_film
 from sim.wire.film.found import film_recording, film_video
+from tests.pushed_camera import numbered_pictures, read_number
 
 SIZE = (320, 160)
 

@@ -6,9 +6,9 @@ import pytest
 
 from devices.camera.lenses.layout import Arrangement, LensLayout
 from devices.camera.lenses.lens_pictures import lens_pictures
-from devices.camera.stream_picture import picture_from_rgb
 from scenes.cameras import Fisheye, pixel_centres
 from sim.wire.film.layouts import Layout, lens_size_px, packed
+from tests.stream_pictures import picture_from_rgb
 
 SIDE = 256
 LENS = Fisheye.from_fov(SIDE, math.radians(200))

@@ -5,7 +5,7 @@ from random import Random
 
 import pytest
 
-from benchmarks.wire.attack import attack
+from benchmarks.wire.attack_hub import attack
 from sim.wire.rtsp import server as module
 from sim.wire.rtsp.requests import reply
 from sim.wire.rtsp.server import RtspFaults, RtspServer, RtspStream, StreamUnit

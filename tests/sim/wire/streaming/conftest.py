@@ -6,10 +6,10 @@ import pytest
 from devices.clock import WallClock
 from devices.video import H264Encoder
 from sim.wire.faults import FaultSchedule, read_fault
-from sim.wire.feed import numbered_pictures
 from sim.wire.film.film import FilmFormat
 from sim.wire.film.film_file import FilmWriter, read_film
 from sim.wire.streaming.camera import CameraPlan, FilmCamera
+from tests.pushed_camera import numbered_pictures
 
 FPS = 25
 

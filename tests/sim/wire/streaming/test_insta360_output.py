@@ -10,8 +10,8 @@ import pytest
 from devices.camera.address import parse_address
 from devices.camera.receiver import CameraReceiver
 from devices.clock import WallClock
-from sim.wire.feed import read_number
 from sim.wire.streaming.insta360_output import Insta360Output, Insta360Ports
+from tests.pushed_camera import read_number
 
 
 def streamed(camera, until, osc=None):

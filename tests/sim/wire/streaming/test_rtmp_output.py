@@ -8,8 +8,8 @@ import pytest
 from devices.camera.address import parse_address
 from devices.camera.receiver import CameraReceiver
 from devices.clock import WallClock
-from sim.wire.feed import read_number
 from sim.wire.streaming.rtmp_output import RtmpOutput
+from tests.pushed_camera import read_number
 
 
 @pytest.fixture

@@ -9,8 +9,8 @@ import time
 import av
 import pytest
 
-from sim.wire.feed import read_number
 from sim.wire.streaming.rtsp_output import RtspOutput, RtspPlace
+from tests.pushed_camera import read_number
 
 OPTIONS = {"fflags": "nobuffer", "flags": "low_delay", "probesize": "32768", "analyzeduration": "0"}
 WANTED = "-frames:v 40 -f framecrc -"

@@ -9,11 +9,11 @@ import pytest
 
 from devices.camera.address import parse_address
 from devices.clock import WallClock
-from sim.wire.rtmp_push import RtmpPush, StreamOptions
 from studio.app.model.documents.document import Document
 from studio.app.model.runs.live_run import LiveRun
 from studio.live.setup import LiveSetup, Place
 from studio.session import opening
+from tests.pushed_camera import RtmpPush, StreamOptions
 from tests.studio.live.conftest import FPS, LAYOUT, textured
 
 PUSHED = "rtmp://127.0.0.1:0/live/room"

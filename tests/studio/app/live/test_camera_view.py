@@ -7,7 +7,7 @@ import pytest
 
 from devices.camera.lenses.layout import Arrangement, LensLayout
 from devices.camera.received import Received
-from devices.camera.stream_picture import StreamPicture
+from devices.camera.stream_decoder import StreamPicture
 from studio.app.live.camera_view import GAP_PX, lens_thumbnail
 
 

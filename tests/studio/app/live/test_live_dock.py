@@ -238,6 +238,9 @@ def test_a_simulated_camera_is_waited_for_in_its_own_words(opened, monkeypatch):
         def direct(self):
             pass
 
+        def watch(self, _output):
+            pass
+
         def rows(self, _result):
             return []
 

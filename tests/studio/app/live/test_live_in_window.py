@@ -10,13 +10,13 @@ import pytest
 from devices.camera.address import parse_address
 from devices.clock import WallClock
 from scenes.package import save_package
-from sim.wire.rtmp_push import RtmpPush, StreamOptions
 from studio.app.model.jobs.live_job import LivePlan
 from studio.app.model.runs.live_run import LiveRun
 from studio.console.display import why_no_window
 from studio.live.people.hosting import Hosting
 from studio.live.setup import LiveSetup, Place
 from studio.session import opening
+from tests.pushed_camera import RtmpPush, StreamOptions
 from tests.studio.live.conftest import FPS, LAYOUT, textured
 
 WHY_NOT = why_no_window()

@@ -5,8 +5,7 @@ import pytest
 from scenes.pose import Pose
 from scenes.state import SceneState
 from studio.app.model.actions import Action, ActionError, matching
-from studio.app.model.documents.document import Document, with_item
-from studio.app.model.history import Change
+from studio.app.model.documents.document import Change, Document, with_item
 from studio.app.model.settings import Settings
 from studio.app.model.workbench import Topic, Workbench
 

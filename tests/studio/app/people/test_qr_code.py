@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import zxingcpp
 
-from studio.app.people.qr_code import QUIET, qr_modules
+from studio.app.people.invitation_view import QUIET, qr_modules
 
 URL = "https://192.168.178.101:58443/#code=123456"
 

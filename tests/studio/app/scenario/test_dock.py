@@ -120,7 +120,7 @@ def test_a_person_who_is_dragged_takes_along_name_and_way(dock, qtbot):
 
 @pytest.mark.parametrize("part", ["left", "whole"])
 def test_a_live_surface_is_dragged_on_the_floor(dock, qtbot, part):
-    from studio.app.scenario.floor.surface_ends import middle_of
+    from studio.app.scenario.floor.view import middle_of
 
     before = scenario(dock).surfaces[1].corners_in_world
     x, y = middle_of(before, part)

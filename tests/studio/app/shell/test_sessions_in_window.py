@@ -136,7 +136,7 @@ def test_stop_keeps_what_was_recorded_says_so_and_gives_the_twin_back(desk, tiny
 
 
 def test_what_was_cut_short_replays_to_the_same(desk, tiny, tmp_path):
-    from studio.session.sources import recorded_messages
+    from studio.session.pipeline import recorded_messages
 
     stopped(desk, tiny)
     (name,) = folders(tmp_path)

@@ -30,9 +30,9 @@ def bench(qapp, tiny):
 
 @pytest.fixture
 def dock(bench):
-    from studio.app.timeline.dock import TimelineDock
+    from studio.app.timeline.actions import make_timeline
 
-    made = TimelineDock(bench)
+    made = make_timeline(bench)
     made.resize(1000, 320)
     made.show()
     yield made

@@ -12,10 +12,9 @@ from studio.app.model.documents.document import Document
 from studio.app.model.settings import Settings, load_settings, save_settings
 from studio.app.model.workbench import Workbench
 from studio.app.viewport import layers as layers_module
-from studio.app.viewport.drawing.collision_wire import boxes_mesh, collision_mesh
 from studio.app.viewport.drawing.floor_errors import STOPS, colours_of, drawn_cells, floor_errors
 from studio.app.viewport.drawing.shapes import Shown
-from studio.app.viewport.layers import Layers
+from studio.app.viewport.layers import Layers, boxes_mesh, collision_mesh
 
 
 class NoHistory:

@@ -15,7 +15,7 @@ from scenes.pose import Pose
 from scenes.state import Annotation, Avatar, LiveSurface
 from studio.live.people import entering
 from studio.live.people.entering import Entrance
-from studio.session.sources import PEOPLE, recorded_messages
+from studio.session.pipeline import PEOPLE, recorded_messages
 
 BOARD = np.array([[-0.5, 1.5, 1.7], [0.5, 1.5, 1.7], [0.5, 1.5, 1.0], [-0.5, 1.5, 1.0]])
 NOTHING = np.zeros((0, 3))

@@ -16,8 +16,8 @@ from scenes.workers.task import Task
 from sim.headset.connection import HubAddress
 from sim.headset.crowd import CrowdPlan, run_crowd
 from studio.live.people.hosting import Hosting, hosted
+from studio.session.pipeline import PEOPLE, recorded_messages
 from studio.session.plan import SessionPlan
-from studio.session.sources import PEOPLE, recorded_messages
 
 
 def seen(output):

@@ -62,8 +62,8 @@ class Beating(LocalTransport):
         super().__init__(exchange)
         self._sources = sources
 
-    def subscribe(self, pattern, heard):
-        end = super().subscribe(pattern, heard)
+    def subscribe(self, pattern, handler):
+        end = super().subscribe(pattern, handler)
         for source in self._sources:
             source.beat(1, {"scene": f"{source.member.name} scene", "people": 2})
         return end

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 from devices.messages import Event
 from devices.recording import read_recording
+from studio.session.pipeline import recorded_messages
 from studio.session.plan import SessionPlan
-from studio.session.sources import recorded_messages
 from studio.session.trackers.camera_events import SOURCE, camera_events, is_camera_event
 from tracking.output import CameraMoment, CameraNotice
 

@@ -7,8 +7,8 @@ from devices.messages import Event
 from devices.recording import read_recording, read_session
 from studio.session.fork import open_fork
 from studio.session.opening import open_session
+from studio.session.pipeline import recorded_messages
 from studio.session.plan import SessionPlan
-from studio.session.sources import recorded_messages
 from studio.session.trackers.settings import is_settings, settings_event
 from tracking.options import TrackerOptions
 

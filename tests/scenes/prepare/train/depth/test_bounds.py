@@ -5,8 +5,8 @@ import pytest
 
 from scenes.cameras import Pinhole
 from scenes.pose import Pose
-from scenes.prepare.train.depth.bounds import LENT_SLACK, SEEN_SLACK, depth_bounds
 from scenes.prepare.train.depth.seen_surfaces import Surface
+from scenes.prepare.train.training_photos import LENT_SLACK, SEEN_SLACK, depth_bounds
 from scenes.render.training import FARTHEST
 
 SMALL = Pinhole.from_fov(30, 20, 1.2)

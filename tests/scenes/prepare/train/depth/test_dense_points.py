@@ -5,8 +5,8 @@ import pytest
 
 from scenes.cameras import Pinhole
 from scenes.pose import Pose
-from scenes.prepare.train.depth.dense_points import dense_points
 from scenes.prepare.train.depth.seen_surfaces import Surface
+from scenes.prepare.train.seed import dense_points
 
 CAMERA = Pinhole.from_fov(80, 60, 1.2)
 SHAPE = (CAMERA.height_px, CAMERA.width_px)

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from scenes.prepare.train.optimiser.exposure import Exposures, fitted
-from scenes.prepare.train.optimiser.loss import as_seen
+from scenes.prepare.train.optimiser.exposure import Exposures, as_seen, fitted
 from scenes.render.training import Distance, Exposure
 
 NO_SLOPE = Distance(0, 0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0))

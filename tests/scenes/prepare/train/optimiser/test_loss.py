@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from scenes.prepare.train.optimiser import loss
 from scenes.render.training import FARTHEST, SSIM_SHARE, DepthBounds, Exposure
+from tests.twins import loss
 
 
 def pictures(shape=(14, 17, 3), seed=0):

@@ -5,7 +5,6 @@ import pytest
 
 from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose
-from scenes.prepare.train.optimiser import loss
 from scenes.prepare.train.optimiser.rows import (
     LOG_SCALE,
     LOGIT,
@@ -22,7 +21,7 @@ from scenes.render.training import (
     Trainee,
     TrainingTarget,
 )
-from tests.twins import training_step
+from tests.twins import loss, training_step
 
 EXPOSURE = Exposure((1.1, 0.9, 1.0), (0.02, -0.01, 0.0), (-0.2, 0.05))
 PLACE = Pose.from_yaw(0.2, (0.1, -0.2, 0.0))

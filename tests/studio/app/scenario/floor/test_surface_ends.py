@@ -1,6 +1,6 @@
 import pytest
 
-from studio.app.scenario.floor.surface_ends import middle_of, with_part_at
+from studio.app.scenario.floor.view import middle_of, with_part_at
 
 SCREEN = ((0.5, 2.4, 1.5), (1.7, 2.4, 1.5), (1.7, 2.4, 0.9), (0.5, 2.4, 0.9))
 

@@ -3,7 +3,7 @@
 import pytest
 
 from studio.app.shell.docking.layouts import FIRST_SHARES, Layout
-from studio.app.shell.docking.timeline_height import EMPTY_PX, RAISED_PX
+from studio.app.shell.docking.window_docks import EMPTY_PX, RAISED_PX
 from studio.app.shell.theme import THEMES
 from studio.console.display import why_no_window
 

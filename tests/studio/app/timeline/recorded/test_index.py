@@ -18,7 +18,7 @@ from scenes.state import Annotation, Avatar, AvatarGone, LiveSurface, SceneState
 from studio.app.timeline.pictures.reader import PictureReader
 from studio.app.timeline.pictures.thread import PictureThread
 from studio.app.timeline.recorded.reading import read_index
-from studio.session.sources import time_ns_of
+from studio.session.pipeline import time_ns_of
 
 NOTHING = np.zeros((0, 3))
 

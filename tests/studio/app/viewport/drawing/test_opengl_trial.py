@@ -4,7 +4,7 @@ import sys
 
 import pytest
 
-from studio.app.viewport.drawing import opengl_trial
+from studio.app.viewport.drawing import scene_drawing
 
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="Linux only")
 
@@ -14,12 +14,12 @@ pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="Li
     [("pass", True), ("import os; os.abort()", False), ("raise SystemExit(2)", False)],
 )
 def test_without_egl_a_process_of_its_own_decides(monkeypatch, trial, can):
-    monkeypatch.setattr(opengl_trial, "_has_egl", lambda: False)
-    monkeypatch.setattr(opengl_trial, "TRIAL", trial)
-    assert opengl_trial.can_try_opengl() == can
+    monkeypatch.setattr(scene_drawing, "_has_egl", lambda: False)
+    monkeypatch.setattr(scene_drawing, "TRIAL", trial)
+    assert scene_drawing.can_try_opengl() == can
 
 
 def test_with_egl_no_process_is_started(monkeypatch):
-    monkeypatch.setattr(opengl_trial, "_has_egl", lambda: True)
-    monkeypatch.setattr(opengl_trial, "TRIAL", "raise SystemExit(2)")
-    assert opengl_trial.can_try_opengl()
+    monkeypatch.setattr(scene_drawing, "_has_egl", lambda: True)
+    monkeypatch.setattr(scene_drawing, "TRIAL", "raise SystemExit(2)")
+    assert scene_drawing.can_try_opengl()

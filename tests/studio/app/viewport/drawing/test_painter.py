@@ -12,9 +12,8 @@ from scenes.frames import look_at
 from scenes.pose import Pose
 from scenes.state import SceneState
 from studio.app.viewport.drawing.mesh_picture import NoOpenGLError
-from studio.app.viewport.drawing.mesh_thread import MeshThread
 from studio.app.viewport.drawing.painter import TwinPainter
-from studio.app.viewport.drawing.scene_drawing import Drawings, SceneDrawing
+from studio.app.viewport.drawing.scene_drawing import Drawings, MeshThread, SceneDrawing
 from studio.app.viewport.drawing.shapes import Solid
 from studio.app.viewport.drawing.view_picture import View, scaled
 
@@ -123,12 +122,12 @@ def test_a_closed_thread_answers_that_there_is_no_picture():
 
 
 def test_without_opengl_it_says_so_once_and_answers_all_the_same(monkeypatch):
-    from studio.app.viewport.drawing import mesh_thread
+    from studio.app.viewport.drawing import scene_drawing
 
     def none_here(**_options):
         raise NoOpenGLError("no OpenGL here")
 
-    monkeypatch.setattr(mesh_thread, "MeshDrawer", none_here)
+    monkeypatch.setattr(scene_drawing, "MeshDrawer", none_here)
     meshes = MeshThread()
     assert meshes.draw([BALL], CAMERA, Pose.identity()) is None
     assert meshes.draw([BALL], CAMERA, Pose.identity()) is None

@@ -9,7 +9,7 @@ from scenes.coverage.record import Coverage
 from scenes.pose import Pose
 from scenes.splats import SplatCloud
 from scenes.state import ObjectModel
-from studio.app.viewport.drawing.unseen_sides import OUTSIDE_M, unseen_squares
+from studio.app.viewport.layers import OUTSIDE_M, unseen_squares
 
 SIZE_M = (0.4, 0.6, 0.8)
 WHOLE = 2**64 - 1

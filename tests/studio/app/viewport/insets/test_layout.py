@@ -5,7 +5,7 @@ from itertools import combinations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from studio.app.viewport.insets.layout import EDGE_PX, FOOT_PX, MAX_INSETS, placed
+from studio.app.viewport.insets.insets import EDGE_PX, FOOT_PX, MAX_INSETS, placed
 
 WIDE, SQUARE = 9 / 16, 1.0
 HEIGHTS = st.lists(st.sampled_from([WIDE, SQUARE]), max_size=MAX_INSETS)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from devices.clock import ManualClock
-from sim.wire.feed import FedPicture, draw_number, numbered_pictures, paced, read_number
+from tests.pushed_camera import FedPicture, draw_number, numbered_pictures, paced, read_number
 
 
 @pytest.mark.parametrize("number", [0, 1, 5, 1023, 2**20 - 1])

@@ -1,7 +1,7 @@
 # pyright: standard
 """Training loss, in numpy: L1 + D-SSIM of a picture against a photo, and its gradient.
 
-The readable twin of `scenes.render.training.TrainingTarget.distance`; tests hold them together.
+Native: `scenes.render.training.TrainingTarget.distance`; tests hold them together.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import correlate1d
 
+from scenes.prepare.train.optimiser.exposure import as_seen, falloff_of
 from scenes.render.training import SSIM_SHARE, DepthBounds, Distance, Exposure
 
 FloatArray = NDArray[np.float64]
@@ -20,8 +21,6 @@ REACH_PX = 5
 """Half width of SSIM's window, px: 11 pixels across."""
 C1, C2 = 0.01**2, 0.03**2
 """The window and the constants of Wang et al. 2004."""
-MAX_DEPTH_ERROR = 0.04
-"""Beyond so much of its depth from a surface a splat costs no more, and is drained where it is."""
 
 
 def distance(rgb: FloatArray, photo: FloatArray, exposure: Exposure) -> tuple[Distance, FloatArray]:
@@ -32,7 +31,7 @@ def distance(rgb: FloatArray, photo: FloatArray, exposure: Exposure) -> tuple[Di
         photo: (H, W, 3), 0..1.
         exposure: what the photo shows of colours drawn.
     """
-    powers, falloff = _falloff(rgb, exposure)
+    powers, falloff = falloff_of(rgb, exposure)
     gain = np.array(exposure.gain) * falloff
     seen = as_seen(rgb, exposure)
     similarity, d_similarity = ssim(seen, photo)
@@ -49,41 +48,6 @@ def distance(rgb: FloatArray, photo: FloatArray, exposure: Exposure) -> tuple[Di
         d_falloff=(float(d_falloff[0]), float(d_falloff[1])),
     )
     return found, gain * d_seen
-
-
-def price_off_bounds(depth: float, bounds: DepthBounds) -> tuple[FloatArray, FloatArray]:
-    """Cost of a unit of blend weight at a depth, by pixel, and its slope by the depth.
-
-    near / depth - 1 in front of the bounds, 1 - far / depth behind them, nothing between them, and
-    at most `MAX_DEPTH_ERROR`, from where on it does not pull any more.
-
-    Args:
-        depth: of a splat, as the lens measures it.
-        bounds: (H, W) each.
-
-    Returns:
-        (H, W) price and (H, W) slope, per metre.
-    """
-    near, far = bounds.near.astype(np.float64) / depth, bounds.far.astype(np.float64) / depth
-    off = np.maximum(near - 1, 0) + np.maximum(1 - far, 0)
-    slope = np.where(far <= 1, far, 0.0) - np.where(near >= 1, near, 0.0)
-    return np.minimum(off, MAX_DEPTH_ERROR), np.where(off <= MAX_DEPTH_ERROR, slope / depth, 0.0)
-
-
-def as_seen(rgb: FloatArray, exposure: Exposure) -> FloatArray:
-    """(H, W, 3) what a photo shows of what is drawn."""
-    _, falloff = _falloff(rgb, exposure)
-    return np.array(exposure.gain) * falloff * rgb + np.array(exposure.bias)
-
-
-def _falloff(rgb: FloatArray, exposure: Exposure) -> tuple[FloatArray, FloatArray]:
-    """(H, W, 2) r² and r⁴ of the pixels of a picture, and (H, W, 1) its falloff."""
-    height, width, _ = rgb.shape
-    x = np.arange(width) + 0.5 - width / 2
-    y = np.arange(height) + 0.5 - height / 2
-    square = (x**2 + y[:, None] ** 2) / (width**2 / 4 + height**2 / 4)
-    powers = np.stack([square, square**2], axis=2)
-    return powers, 1 + powers @ np.array(exposure.falloff)[:, None]
 
 
 def ssim(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -112,3 +76,26 @@ def _window(values: FloatArray) -> FloatArray:
     for axis in (0, 1):
         values = correlate1d(values, weights, axis=axis, mode="constant")
     return values
+
+
+MAX_DEPTH_ERROR = 0.04
+"""Beyond so much of its depth from a surface a splat costs no more, and is drained where it is."""
+
+
+def price_off_bounds(depth: float, bounds: DepthBounds) -> tuple[FloatArray, FloatArray]:
+    """Cost of a unit of blend weight at a depth, by pixel, and its slope by the depth.
+
+    near / depth - 1 in front of the bounds, 1 - far / depth behind them, nothing between them, and
+    at most `MAX_DEPTH_ERROR`, from where on it does not pull any more.
+
+    Args:
+        depth: of a splat, as the lens measures it.
+        bounds: (H, W) each.
+
+    Returns:
+        (H, W) price and (H, W) slope, per metre.
+    """
+    near, far = bounds.near.astype(np.float64) / depth, bounds.far.astype(np.float64) / depth
+    off = np.maximum(near - 1, 0) + np.maximum(1 - far, 0)
+    slope = np.where(far <= 1, far, 0.0) - np.where(near >= 1, near, 0.0)
+    return np.minimum(off, MAX_DEPTH_ERROR), np.where(off <= MAX_DEPTH_ERROR, slope / depth, 0.0)

@@ -3,8 +3,7 @@ import socket
 import pytest
 
 from devices.clock import WallClock
-from sim.wire.feed import numbered_pictures
-from sim.wire.rtmp_push import RtmpPush
+from tests.pushed_camera import RtmpPush, numbered_pictures
 
 
 def test_without_a_server_it_says_why_and_ends(unused_port):
