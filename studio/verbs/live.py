@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scenes.workers.task import Task
+from studio.verbs.hololens_flags import add_hololens_flags, worn_of
 from studio.verbs.people_flags import add_people_flags, hosting_of, sharing_of
 from studio.verbs.result_flags import add_result_flags, check_free, next_free
 
@@ -66,6 +67,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seconds", type=float, metavar="N", help="end after so long live")
     parser.add_argument("--headless", action="store_true", help="without a window")
     parser.add_argument("--no-record", action="store_true", help="leave no recording")
+    add_hololens_flags(parser)
     add_people_flags(parser)
     add_result_flags(parser, DEFAULT_OUT)
     parser.add_argument("--json", action="store_true", help="print the figures as JSON")

@@ -4,5 +4,5 @@
 (head, hands and gaze as an avatar), `local_user.py` (the wearer among the session's people),
 `display.py` `edges.py` (a state as items on its display), `drawing.py` (twenty times a second),
 `meshing.py` (its mesh into the room's physics), `rig_code.py` (the code on the camera), `timing.py`
-(delays, gathered), `simulated.py` `figures.py` (a simulated one, and how the session did).
+(delays, gathered), `address.py` `checks.py` (before going live), `simulated.py` `figures.py` (a simulated one, and how the session did).
 """

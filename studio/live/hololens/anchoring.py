@@ -127,6 +127,11 @@ class Anchoring:
         return None if glide is None else glide.shown
 
     @property
+    def has_codes(self) -> bool:
+        """Whether the room has codes that could be found."""
+        return bool(self._plan.codes)
+
+    @property
     def is_good(self) -> bool:
         """Whether the origin is known well enough to place surfaces and people by it."""
         known = self._origin

@@ -1,0 +1,60 @@
+"""Flags of a live session for the HoloLens of its local user."""
+
+from __future__ import annotations
+
+import argparse
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from studio.live.hololens.worn import WornPlan
+
+
+def add_hololens_flags(parser: argparse.ArgumentParser) -> None:
+    """Add them."""
+    group = parser.add_argument_group("the local user's HoloLens")
+    group.add_argument(
+        "--hololens",
+        nargs="?",
+        const="",
+        metavar="ADDRESS",
+        help="the local user wears one, at this address; with --simulated a simulated one",
+    )
+    group.add_argument("--wearer", default="", metavar="NAME", help="of the local user")
+    group.add_argument(
+        "--camera-code",
+        default="",
+        metavar="TEXT",
+        help="what the printed code on the 360° camera says",
+    )
+    group.add_argument(
+        "--camera-code-side",
+        type=float,
+        default=0.1,
+        metavar="M",
+        help="side of its dark pattern in metres (0.1)",
+    )
+
+
+def worn_of(args: argparse.Namespace) -> WornPlan | None:
+    """Return the headset that the flags ask for; None for none, or for a simulated one.
+
+    Raises:
+        ValueError: an address is missing, or is none.
+    """
+    from studio.live.hololens.address import worn_plan
+
+    if args.hololens is None or (args.simulated and not args.hololens):
+        return None
+    if not args.hololens:
+        raise ValueError(
+            "--hololens: wanted its address, such as --hololens 192.168.1.40; without one it goes "
+            "with --simulated"
+        )
+    if not 0.02 <= args.camera_code_side <= 1.0:
+        raise ValueError(f"--camera-code-side {args.camera_code_side:g}: wanted 0.02 to 1 metre")
+    return worn_plan(
+        args.hololens,
+        name=args.wearer,
+        code=args.camera_code,
+        code_side_m=args.camera_code_side,
+    )
