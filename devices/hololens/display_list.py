@@ -11,6 +11,12 @@ from scenes.pose import Pose
 Colour = tuple[float, float, float, float]
 """Red, green, blue, opacity, 0..1."""
 
+MAX_ITEMS = 512
+"""Most items of a list: an avatar has 60, an annotation 20; a list takes the headset 10 ms then."""
+
+MAX_TEXT = 200
+"""Most characters of a label that are shown."""
+
 
 class Shape(IntEnum):
     """Shapes that the headset can draw, within a cube of 1 m: it is scaled by `size_m`.
@@ -48,7 +54,7 @@ class Label:
     """Words in the room, readable from their -y side.
 
     Attributes:
-        text: at most 200 characters.
+        text: what is beyond `MAX_TEXT` characters is not shown.
         world_from_item: the middle of it.
         height_m: of a line.
         colour: of the letters.

@@ -2,84 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass, field
-from typing import Protocol, TypeVar
+from collections.abc import Sequence
+from typing import TypeVar
 
+from devices.adapter import Sink
 from devices.clock import Clock
+from devices.hololens.body import Body
+from devices.hololens.configuration import Configuration
+from devices.hololens.display import Display
 from devices.hololens.display_list import DisplayList
+from devices.hololens.links.fan_out import Newest, SurfaceChanges
+from devices.hololens.plan import HeadsetPlan, MeshedBox
+from devices.hololens.surfaces import Surfaces
 from devices.hololens.values import (
     HeadAndHands,
     HeadsetStatus,
     PersonalVideoFrame,
     StreamName,
-    SurfaceChange,
+    StreamState,
+    StreamStatus,
 )
-from devices.messages import Event
+from devices.hololens.video import Video
+from devices.hololens.wire.remote_configuration import Request, Values
+from devices.messages import EncodedFrame, Event
 
-T = TypeVar("T", covariant=True)
+ASK_S = 2.0
+"""Longest wait for an answer to a command, seconds."""
 
-
-class Subscription(Protocol[T]):
-    """One consumer's newest values; never more than one waits."""
-
-    def take(self, timeout_s: float | None = 0.0) -> T | None:
-        """Remove and return the newest value, waiting for it; None if none came meanwhile."""
-        ...
-
-    def close(self) -> None:
-        """Want no more."""
-        ...
-
-
-class SurfaceSubscription(Protocol):
-    """One consumer's changes of surfaces; of each surface only the newest waits."""
-
-    def take(self, timeout_s: float | None = 0.0) -> list[SurfaceChange]:
-        """Remove and return what changed since the last call, waiting for something to change."""
-        ...
-
-    def close(self) -> None:
-        """Want no more."""
-        ...
-
-
-@dataclass(frozen=True, slots=True)
-class Ports:
-    """TCP ports of the headset's program; others where a simulator listens elsewhere."""
-
-    configuration: int = 3809
-    video: int = 3810
-    body: int = 3812
-    surfaces: int = 3813
-    display: int = 3816
-
-
-@dataclass(frozen=True, slots=True)
-class VideoOptions:
-    """What is asked of the headset's camera."""
-
-    width_px: int = 760
-    height_px: int = 428
-    fps: int = 30
-    codec: str = "h264"
-
-
-@dataclass(frozen=True, slots=True)
-class HeadsetPlan:
-    """A headset and what is wanted of it.
-
-    Attributes:
-        host: its address, as the operator entered it: the protocol has no password.
-        ports: where it listens.
-        streams: which are used; the clock always is.
-        video: what its camera is asked for.
-    """
-
-    host: str
-    ports: Ports = field(default_factory=Ports)
-    streams: frozenset[StreamName] = frozenset(StreamName)
-    video: VideoOptions = field(default_factory=VideoOptions)
+OFF = StreamStatus(StreamState.OFF, "not asked for")
+"""Status of a stream that nobody wants."""
 
 
 class Headset:
@@ -88,39 +39,129 @@ class Headset:
     Args:
         plan: which, and what is wanted of it.
         clock: session time.
+        packets: takes every encoded picture of its camera, in order; it must not block.
+
+    Raises:
+        ValueError: the video's codec is none that the headset has.
     """
 
-    def __init__(self, plan: HeadsetPlan, clock: Clock) -> None:
-        raise NotImplementedError
+    def __init__(
+        self, plan: HeadsetPlan, clock: Clock, *, packets: Sink[EncodedFrame] | None = None
+    ) -> None:
+        self.plan = plan
+        ports, wanted = plan.ports, plan.streams
+        self._configuration = Configuration((plan.host, ports.configuration), clock)
+        self._video = self._body = self._surfaces = self._display = None
+        if StreamName.VIDEO in wanted:
+            self._video = Video(
+                (plan.host, ports.video),
+                clock,
+                options=plan.video,
+                configuration=self._configuration,
+                packets=packets,
+            )
+        if StreamName.BODY in wanted:
+            self._body = Body((plan.host, ports.body), clock, self._configuration)
+        if StreamName.SURFACES in wanted:
+            self._surfaces = Surfaces(
+                (plan.host, ports.surfaces),
+                clock,
+                boxes=plan.boxes,
+                triangles_per_m3=plan.triangles_per_m3,
+            )
+        if StreamName.DISPLAY in wanted:
+            self._display = Display((plan.host, ports.display), clock)
 
-    def video(self) -> Subscription[PersonalVideoFrame]:
-        """Return the newest pictures for one more consumer."""
-        raise NotImplementedError
+    def video(self) -> Newest[PersonalVideoFrame]:
+        """Return the newest pictures for one more consumer.
 
-    def body(self) -> Subscription[HeadAndHands]:
-        """Return the newest head and hands for one more consumer."""
-        raise NotImplementedError
+        Raises:
+            ValueError: the plan has no video.
+        """
+        return _there(self._video, StreamName.VIDEO).frames.subscribe()
 
-    def surfaces(self) -> SurfaceSubscription:
-        """Return changes of surfaces for one more consumer: first all that are there."""
-        raise NotImplementedError
+    def body(self) -> Newest[HeadAndHands]:
+        """Return the newest head and hands for one more consumer.
 
-    def set_volumes(self, volumes: Iterable[object]) -> None:
-        """Mesh only there from the next poll on."""
-        raise NotImplementedError
+        Raises:
+            ValueError: the plan has no body.
+        """
+        return _there(self._body, StreamName.BODY).samples.subscribe()
+
+    def surfaces(self) -> SurfaceChanges:
+        """Return changes of surfaces for one more consumer: first all that are there.
+
+        Raises:
+            ValueError: the plan has no surfaces.
+        """
+        return _there(self._surfaces, StreamName.SURFACES).changes.subscribe()
+
+    def mesh(self, boxes: Sequence[MeshedBox]) -> None:
+        """Mesh there and nowhere else, from the next poll on.
+
+        Raises:
+            ValueError: the plan has no surfaces.
+        """
+        _there(self._surfaces, StreamName.SURFACES).set_boxes(boxes)
 
     def draw(self, items: DisplayList) -> None:
-        """Have this and nothing else on the display; never waits, the newest list wins."""
-        raise NotImplementedError
+        """Have this and nothing else on the display; never waits, the newest list wins.
+
+        Raises:
+            ValueError: the plan has no display, or there are too many items.
+        """
+        _there(self._display, StreamName.DISPLAY).draw(items)
+
+    def configure(self, request: Request) -> Values:
+        """Return the answer to a command of remote configuration; empty where it has none.
+
+        Raises:
+            HeadsetError: the headset does not answer.
+        """
+        return self._configuration.ask(request, ASK_S)
+
+    def session_ns(self, ticks: int) -> int | None:
+        """Return the session time of a time of the headset's, 100 ns; None before it is known."""
+        return self._configuration.session_ns(ticks)
 
     def status(self) -> HeadsetStatus:
         """Return how it is doing."""
-        raise NotImplementedError
+        parts = {
+            StreamName.VIDEO: self._video,
+            StreamName.BODY: self._body,
+            StreamName.SURFACES: self._surfaces,
+            StreamName.DISPLAY: self._display,
+        }
+        streams = {
+            str(name): OFF if part is None else part.status() for name, part in parts.items()
+        }
+        streams[str(StreamName.CLOCK)] = self._configuration.health.status()
+        return HeadsetStatus(
+            self.plan.host,
+            streams,
+            self._configuration.version,
+            self._configuration.estimate,
+            0 if self._surfaces is None else len(self._surfaces.changes),
+            0 if self._display is None else self._display.drawn,
+        )
 
     def take_events(self) -> list[Event]:
         """Take the events since the last call, oldest first."""
-        raise NotImplementedError
+        parts = (self._configuration, self._video, self._body, self._surfaces, self._display)
+        taken = [e for part in parts if part is not None for e in part.health.take_events()]
+        return sorted(taken, key=lambda event: event.t_ns)
 
     def close(self) -> None:
-        """Hang up; waits for the threads."""
-        raise NotImplementedError
+        """Take everything off the display, stop the camera, hang up; waits for the threads."""
+        for part in (self._display, self._surfaces, self._body, self._video, self._configuration):
+            if part is not None:
+                part.close()
+
+
+P = TypeVar("P", Video, Body, Surfaces, Display)
+
+
+def _there(part: P | None, name: StreamName) -> P:
+    if part is None:
+        raise ValueError(f"headset: no {name}: name it in HeadsetPlan.streams")
+    return part

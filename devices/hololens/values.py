@@ -177,6 +177,16 @@ class SurfaceGone:
 SurfaceChange = SpatialSurface | SurfaceGone
 
 
+class StreamName(StrEnum):
+    """Ports of a headset that the studio uses, by name."""
+
+    VIDEO = "video"
+    BODY = "body"
+    SURFACES = "surfaces"
+    DISPLAY = "display"
+    CLOCK = "clock"
+
+
 class StreamState(StrEnum):
     """How one of the headset's ports is doing.
 
@@ -249,13 +259,3 @@ class HeadsetStatus:
         """Whether everything that was asked for sends."""
         wanted = [s.state for s in self.streams.values() if s.state is not StreamState.OFF]
         return bool(wanted) and all(state is StreamState.LIVE for state in wanted)
-
-
-class StreamName(StrEnum):
-    """Ports of a headset that the studio uses, by name."""
-
-    VIDEO = "video"
-    BODY = "body"
-    SURFACES = "surfaces"
-    DISPLAY = "display"
-    CLOCK = "clock"
