@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.hololens.display_list import Colour, Item, Label, Shape, Solid
+from devices.hololens.display_list import MAX_ITEMS, Colour, Item, Label, Shape, Solid
 from scenes.pose import Pose
 from scenes.state import (
     Annotation,
@@ -83,10 +83,6 @@ PROPOSED: Colour = (1.0, 0.85, 0.2, 0.95)
 MET: Colour = (0.3, 1.0, 0.4, 0.95)
 """Colours of a proposal's outline: before, and once its object stands there."""
 
-MAX_ITEMS = 2_000
-"""Items on the display, chosen: 2,000 poses of 48 bytes are a tenth of a second of Wi-Fi. Lines,
-the most numerous, are what is left out."""
-
 STILL_M, STILL_RAD = 0.0005, math.radians(0.15)
 """Movements of an item up to which it stays as it was sent, metres and radians."""
 
@@ -111,7 +107,7 @@ class Seen:
 
 
 def items_of(state: SceneState, avatars: Iterable[Avatar], seen: Seen) -> dict[str, Item]:
-    """Return what is to be on the display, by name.
+    """Return what is to be on the display, by name: of more than fits, lines are left out first.
 
     Args:
         state: of the session.

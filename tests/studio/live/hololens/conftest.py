@@ -86,8 +86,14 @@ def hand(*, points):
     return HandJoints(places, rotations, np.full(26, 0.01), np.ones(26, bool))
 
 
-def sample(*, t_ns=0, points=True, seq=1):
+def sample(*, t_ns=0, points=True, seq=1, is_lost=False):
     """A wearer at (0, 0, 1.6) who looks along y, in the headset's world."""
     head = look_at(np.array([0.0, 0.0, 1.6]), np.array([0.0, 2.0, 1.6]))
     gaze = Ray(np.array([0.0, 0.0, 1.6]), np.array([0.0, 1.0, 0.0]))
-    return HeadAndHands(seq, t_ns, t_ns, head, gaze, None, hand(points=points))
+    shown = None if is_lost else head
+    return HeadAndHands(seq, t_ns, t_ns, shown, gaze, None, hand(points=points))
+
+
+@pytest.fixture
+def sample_of():
+    return sample
