@@ -33,6 +33,9 @@ CAMERA_FROM_AHEAD = _axes((0, -1, 0), (0, 0, -1), (1, 0, 0))
 WORLD_FROM_BOARD_FACING_X = _axes((0, 0, 1), (1, 0, 0), (0, 1, 0))
 """A board (x right, y up, z out of it) that stands upright and faces world +X."""
 
+CAMERA_FROM_BOARD = _axes((-1, 0, 0), (0, -1, 0), (0, 0, 1))
+"""A board (x right, y up, z out of it) upright on a camera, that faces where the camera looks."""
+
 ARROW_FROM_CYLINDER = _axes((0, 0, 1), (0, 1, 0), (-1, 0, 0))
 """An arrow points along +X; the cylinder of its shaft and the cone of its head stand along +Z."""
 

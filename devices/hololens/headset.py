@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TypeVar
+from typing import Protocol, TypeVar
 
 from devices.adapter import Sink
 from devices.clock import Clock
@@ -11,7 +11,6 @@ from devices.hololens.body import Body
 from devices.hololens.configuration import Configuration
 from devices.hololens.display import Display
 from devices.hololens.display_list import DisplayList
-from devices.hololens.links.fan_out import Newest, SurfaceChanges
 from devices.hololens.plan import HeadsetPlan, MeshedBox
 from devices.hololens.surfaces import Surfaces
 from devices.hololens.values import (
@@ -21,10 +20,38 @@ from devices.hololens.values import (
     StreamName,
     StreamState,
     StreamStatus,
+    SurfaceChange,
 )
 from devices.hololens.video import Video
 from devices.hololens.wire.remote_configuration import Request, Values
 from devices.messages import EncodedFrame, Event
+
+V_co = TypeVar("V_co", covariant=True)
+
+
+class Subscription(Protocol[V_co]):
+    """One consumer's newest values; never more than one waits."""
+
+    def take(self, timeout_s: float | None = 0.0) -> V_co | None:
+        """Remove and return the newest value, waiting for it; None if none came meanwhile."""
+        ...
+
+    def close(self) -> None:
+        """Want no more."""
+        ...
+
+
+class SurfaceSubscription(Protocol):
+    """One consumer's changes of surfaces; of each surface only the newest waits."""
+
+    def take(self, timeout_s: float | None = 0.0) -> list[SurfaceChange]:
+        """Remove and return what changed since the last call, waiting for something to change."""
+        ...
+
+    def close(self) -> None:
+        """Want no more."""
+        ...
+
 
 ASK_S = 2.0
 """Longest wait for an answer to a command, seconds."""
@@ -72,7 +99,7 @@ class Headset:
         if StreamName.DISPLAY in wanted:
             self._display = Display((plan.host, ports.display), clock)
 
-    def video(self) -> Newest[PersonalVideoFrame]:
+    def video(self) -> Subscription[PersonalVideoFrame]:
         """Return the newest pictures for one more consumer.
 
         Raises:
@@ -80,7 +107,7 @@ class Headset:
         """
         return _there(self._video, StreamName.VIDEO).frames.subscribe()
 
-    def body(self) -> Newest[HeadAndHands]:
+    def body(self) -> Subscription[HeadAndHands]:
         """Return the newest head and hands for one more consumer.
 
         Raises:
@@ -88,7 +115,7 @@ class Headset:
         """
         return _there(self._body, StreamName.BODY).samples.subscribe()
 
-    def surfaces(self) -> SurfaceChanges:
+    def surfaces(self) -> SurfaceSubscription:
         """Return changes of surfaces for one more consumer: first all that are there.
 
         Raises:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import struct
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import Any
 
@@ -66,8 +66,8 @@ class MeshRequest:
     normal_format: int = BYTE_NORMALS
 
 
-IDENTITY = np.eye(4, dtype=np.float32)
-"""Pose that changes nothing."""
+def _identity() -> NDArray[np.float32]:
+    return np.eye(4, dtype=np.float32)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -91,7 +91,7 @@ class MeshReply:
     indices: bytes = b""
     normals: bytes = b""
     scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
-    pose: NDArray[np.float32] = IDENTITY
+    pose: NDArray[np.float32] = field(default_factory=_identity)
     bounds: tuple[float, ...] = (0.0,) * 9 + (1.0,)
 
 
