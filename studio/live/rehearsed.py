@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
 
 from devices.camera.receiver import HELD_AFTER_NS
 from scenes.memory import growth_percent, resident_kib
+from scenes.pose import Pose
 from scenes.workers.task import Task
 from sim.camera.camera360 import default_rig
 from sim.wire.streaming.truth_file import TruthRow, read_truth
@@ -166,6 +167,11 @@ class RehearsedLive:
     def direct(self) -> None:
         """Begin to cut the camera off as planned, and to watch the memory; returns at once."""
         self._directing.start()
+
+    def true_poses(self) -> list[tuple[int, Mapping[str, Pose]]]:
+        """Wall time and true poses of objects in every picture that was taken."""
+        truth = read_truth(self._truth)
+        return [(row.time.wall_ns, row.world_from_object) for row in truth if row.world_from_object]
 
     def rows(self, result: LiveResult) -> list[Row]:
         """The figures against the truth."""

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from studio.live.hololens.worn import WornPlan
+    from studio.live.setup import LiveSetup
 
 
 def add_hololens_flags(parser: argparse.ArgumentParser) -> None:
@@ -33,6 +35,16 @@ def add_hololens_flags(parser: argparse.ArgumentParser) -> None:
         metavar="M",
         help="side of its dark pattern in metres (0.1)",
     )
+
+
+def with_hololens(setup: LiveSetup, args: argparse.Namespace) -> LiveSetup:
+    """Return the devices with the headset that the flags ask for.
+
+    Raises:
+        ValueError: as `worn_of`.
+    """
+    worn = worn_of(args)
+    return setup if worn is None else replace(setup, hololens=worn)
 
 
 def worn_of(args: argparse.Namespace) -> WornPlan | None:

@@ -92,7 +92,9 @@ class Meshing:
         self._surfaces, self._scene, self._clock = surfaces, scene, clock
         self._world_from_device, self._changed = world_from_device, changed
         self.updates = Durations()
-        """Milliseconds from a surface's arrival to its collisions and occlusion."""
+        """Milliseconds from a surface's arrival to its collisions and occlusion; not of those that
+        wait for the origin, all at once."""
+        self._is_caught_up = False
         self._state = SceneState()
         self._task = Task("headset mesh", self._run)
         self._status = MeshStatus()
@@ -178,7 +180,8 @@ class Meshing:
             self._changed(self._hidden)
             self._settled_ns = self._clock.now_ns() + SETTLE_NS
             self._count(before, twin.object_poses())
-        self.updates.add((self._clock.now_ns() - change.t_ns) / 1e6)
+        if self._is_caught_up:
+            self.updates.add((self._clock.now_ns() - change.t_ns) / 1e6)
         self._note(len(cells))
 
     def _note(self, cells: int) -> None:
@@ -226,6 +229,7 @@ class Meshing:
                 waiting[change.id] = change
             if waiting:
                 self.take(waiting.pop(next(iter(waiting))), pose)
+                self._is_caught_up = self._is_caught_up or not waiting
             now_ns = self._clock.now_ns()
             self.advance(min(now_ns - last_ns, STEP_NS))
             last_ns = now_ns

@@ -23,7 +23,7 @@ from devices.hololens.wire.packets import TICK_NS
 from scenes.package.records import pose_to_json
 from scenes.samples import sample_room
 from scenes.workers.task import Task
-from sim.hololens.faults import HoloLensFaults, parse_faults
+from sim.hololens.faults import read_hololens_faults
 from sim.hololens.simulator import Simulator, SimulatorPlan
 from sim.hololens.wearer import Stroller
 from studio.live.hololens.pointing import Pointer, leg_of
@@ -51,7 +51,7 @@ def main(words: Sequence[str]) -> int:
     plan = SimulatorPlan(
         room,
         wearer=Stroller(args.seed, (x, y), targets),
-        faults=faults_of(args.fault or FAULTS),
+        faults=read_hololens_faults(args.fault or FAULTS),
         seed=args.seed,
     )
     simulator = Simulator(plan, clock)
@@ -59,7 +59,8 @@ def main(words: Sequence[str]) -> int:
     try:
         _say({"event": "started", "ports": _ports(simulator)})
         truth = Task("truth", lambda task: _tell_truth(simulator, clock, task)).start()
-        legs = {item.object_id: leg_of(item) for item in room.objects}
+        chairs = [item for item in room.objects if item.kind == "chair"] or room.objects
+        legs = {item.object_id: leg_of(item) for item in chairs}
         for line in sys.stdin:
             word, *rest = line.split()
             if word == "join" and len(rest) >= 2 and not pointers:
@@ -71,11 +72,6 @@ def main(words: Sequence[str]) -> int:
             pointer.end()
         simulator.close()
     return 0
-
-
-def faults_of(texts: Sequence[str]) -> HoloLensFaults:
-    """Return faults of their texts."""
-    return parse_faults(texts)
 
 
 def _ports(simulator: Simulator) -> dict[str, int]:

@@ -1,0 +1,86 @@
+"""The local user's headset for a session, real or simulated, until a stack is left."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import dataclass
+
+import numpy as np
+
+from devices.clock import Clock
+from devices.hub.server import Hub
+from scenes.package import ScenePackage
+from studio.console.rows import Row
+from studio.live.hololens.figures import simulated_rows, worn_rows
+from studio.live.hololens.simulated import SimulatedHeadset
+from studio.live.hololens.worn import WornHeadset, WornPlan
+from studio.live.rehearsed import RehearsedLive
+
+HEIGHT_M = 1.0
+"""Height above the middle of the floor at which the origin's error is said."""
+
+
+@dataclass(frozen=True, slots=True)
+class Wearing:
+    """A headset that is worn, and the process that simulates it, if one does.
+
+    Attributes:
+        worn: the headset.
+        simulated: None where it is a real one.
+    """
+
+    worn: WornHeadset
+    simulated: SimulatedHeadset | None = None
+
+    @property
+    def process_ids(self) -> tuple[int, ...]:
+        """Of the process that simulates it."""
+        return () if self.simulated is None else (self.simulated.process_id,)
+
+    def rows(self, rehearsed: RehearsedLive | None) -> list[Row]:
+        """Return the figures, against the truth where there is one."""
+        rows = worn_rows(self.worn)
+        if self.simulated is not None:
+            true_poses = [] if rehearsed is None else rehearsed.true_poses()
+            rows += simulated_rows(self.simulated.figures, true_poses)
+        return rows
+
+
+def worn_for(
+    plan: WornPlan | None,
+    scene: ScenePackage,
+    *,
+    scene_name: str,
+    seed: int,
+    clock: Clock,
+    hub: Callable[[], Hub | None],
+    stack: ExitStack,
+    say: Callable[[str], None],
+    name: str = "",
+) -> Wearing:
+    """Return the headset that is asked for; a simulated one where there is no plan.
+
+    Args:
+        plan: of a real headset; None simulates one.
+        scene: the room.
+        scene_name: its name.
+        seed: of the simulated headset.
+        clock: session time.
+        hub: returns the hub of the moment; None while nobody can join.
+        stack: ends a simulated headset when it is left.
+        say: takes a line for the log.
+        name: of the wearer of a simulated one.
+
+    Raises:
+        ValueError: it cannot be simulated in this room, or has ended.
+    """
+    if plan is not None:
+        return Wearing(WornHeadset(plan, scene, clock=clock, hub=hub))
+    simulated = stack.enter_context(
+        SimulatedHeadset(scene_name, seed=seed, clock=clock, say=say)
+    )
+    worn = WornHeadset(simulated.plan(name=name), scene, clock=clock, hub=hub)
+    middle = np.append(np.mean(np.asarray(scene.footprint_m), axis=0), HEIGHT_M)
+    simulated.measure(worn, middle=middle)
+    return Wearing(worn, simulated)
