@@ -38,6 +38,9 @@ from devices.streams import StreamClosedError, StreamFullError
 READY_S, POLL_S = 10.0, 0.1
 """Longest wait for the camera to start, and how often it is asked, seconds; it takes 1 to 2 s."""
 
+SILENT_S = 8.0
+"""A stream without a picture for so long is connected anew: cameras take seconds to the first."""
+
 ASK_S = 1.0
 """Longest wait for one answer."""
 
@@ -81,6 +84,7 @@ class Video:
             talk=self._talk,
             prepare=self._prepare,
             name="hololens video",
+            silent_s=SILENT_S,
             silent_hint=": another program may be connected to this port; close it",
         )
 

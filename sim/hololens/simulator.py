@@ -13,6 +13,7 @@ from devices.clock import Clock
 from devices.hololens.plan import Ports
 from scenes.mesh import PhysicalRoom
 from scenes.pose import Pose
+from sim.hololens.drawing.scenery import Scenery
 from sim.hololens.faults import HoloLensFaults
 from sim.hololens.holograms import Holograms
 from sim.hololens.meshing import Meshing
@@ -21,7 +22,6 @@ from sim.hololens.ports.configuration import ConfigurationPort
 from sim.hololens.ports.display import DisplayPort
 from sim.hololens.ports.mapping import MappingPort
 from sim.hololens.ports.video import VideoPort
-from sim.hololens.scenery import Scenery
 from sim.hololens.wearer import Stroller, Wearer
 from sim.hololens.world import Counts, HeadsetWorld
 

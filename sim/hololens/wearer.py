@@ -119,17 +119,22 @@ def _joints(hand: Hand | None) -> HandJoints | None:
 
 def _rotations(positions: Array) -> Array:
     """Return (26, 3, 3): -z along the finger, y out of the back of the hand, which is up here."""
-    rotations = np.empty((len(positions), 3, 3))
-    for joint in Joint:
-        if joint in TIPS:
-            ahead = positions[joint] - positions[joint - 1]
-        else:
-            ahead = positions[AFTER.get(joint, min(joint + 1, len(positions) - 1))]
-            ahead = ahead - positions[joint]
-        back = -ahead / float(np.linalg.norm(ahead))
-        # A finger that points straight down has its back ahead.
-        up = np.array([0.0, 0.0, 1.0]) if abs(back[2]) < 0.95 else np.array([0.0, 1.0, 0.0])
-        out = up - (up @ back) * back
-        out /= float(np.linalg.norm(out))
-        rotations[joint] = np.stack([np.cross(out, back), out, back], axis=1)
-    return rotations
+    ahead = positions[_TO] - positions[_FROM]
+    back = -ahead / np.linalg.norm(ahead, axis=1, keepdims=True)
+    # A finger that points straight down has its back ahead.
+    is_level = np.abs(back[:, 2:]) < 0.95
+    up = np.where(is_level, (0.0, 0.0, 1.0), (0.0, 1.0, 0.0))
+    out: Array = up - np.sum(up * back, axis=1, keepdims=True) * back
+    out /= np.linalg.norm(out, axis=1, keepdims=True)
+    aside: Array = np.cross(out, back)
+    return np.stack([aside, out, back], axis=2)
+
+
+def _ends() -> tuple[list[int], list[int]]:
+    """Return from which joint to which each joint points."""
+    begins = [joint - 1 if joint in TIPS else joint for joint in Joint]
+    ends = [joint if joint in TIPS else AFTER.get(joint, joint + 1) for joint in Joint]
+    return [int(joint) for joint in begins], [int(joint) for joint in ends]
+
+
+_FROM, _TO = _ends()

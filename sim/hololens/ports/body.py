@@ -44,15 +44,15 @@ class BodyPort:
         world = self._world
         sample = nothing_seen()
         due_ns = world.clock.now_ns()
-        while True:
-            world.clock.sleep_until(due_ns)
+        while not world.is_hung_up():
+            # What is sensed at an instant is known when it comes: no time is lost in reckoning.
             t_s = world.seconds(due_ns)
             world_from_room = world.room_from_world(t_s).inverse()
             sample = input_of(world.body(t_s), world_from_room, sample)
+            data = encode_packet(Packet(world.ticks(due_ns), encode_input(sample)))
+            world.clock.sleep_until(due_ns)
             if guest.random.random() >= world.faults.size_of(HoloLensFaultKind.DROP, t_s):
-                guest.send(encode_packet(Packet(world.ticks(due_ns), encode_input(sample))))
+                guest.send(data)
                 self.counts.messages += 1
             late = max(0, world.clock.now_ns() - due_ns) // PERIOD_NS
             due_ns += PERIOD_NS * (1 + late)
-            if world.is_hung_up():
-                return

@@ -173,7 +173,7 @@ class HeadsetPort:
             try:
                 self._serve(Guest(connection, self._world, self._random))
             except (GuestLeftError, OSError):
-                pass
+                pass  # as clients do: they hang up when they have enough
             except WireError:
                 self.counts.refused += 1  # as the headset does: it hangs up
             with suppress(OSError):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import logging
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,13 +23,16 @@ from devices.hololens.wire.taking import WireError
 from devices.hololens.wire.video_formats import encode_calibration
 from scenes.cameras import Pinhole
 from sim.hololens.axes import NOT_LOCATED, camera_rows
-from sim.hololens.encoder import encoder_for
+from sim.hololens.drawing.drawer import Drawer, DrawingError
+from sim.hololens.drawing.encoder import encoder_for
+from sim.hololens.drawing.scenery import Scenery, Shot
+from sim.hololens.drawing.time_code import burn
 from sim.hololens.faults import HoloLensFaultKind
 from sim.hololens.ports.camera import calibration_of, lens_at, trailer_of
 from sim.hololens.ports.serving import Guest, HeadsetPort
-from sim.hololens.scenery import Painter, Scenery
-from sim.hololens.time_code import burn
 from sim.hololens.world import Counts, HeadsetWorld
+
+log = logging.getLogger(__name__)
 
 STARTS_NS = 300_000_000
 """Time that the camera takes to start, nanoseconds; a real one takes a second or two."""
@@ -43,12 +48,11 @@ MOST_BROKEN = 8
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Shot:
-    """A picture that is drawn, and what it shows."""
+class _Ordered:
+    """A picture that is drawn beside: for which time, through which lens."""
 
     t_ns: int
     lens: Pinhole
-    rgb: NDArray[np.uint8]
 
 
 class VideoPort:
@@ -76,7 +80,8 @@ class VideoPort:
     ) -> None:
         self._world, self._scenery = world, scenery
         self._has_time_code = has_time_code
-        self._painter: tuple[tuple[int, int], Painter] | None = None
+        self._drawer: Drawer | None = None
+        self._waiting = 0
         self.counts = Counts()
         self._port = HeadsetPort(
             place, world, serve=self._serve, name="hololens video port", counts=self.counts
@@ -88,8 +93,9 @@ class VideoPort:
         return self._port.number
 
     def close(self) -> None:
-        """Stop; waits for the thread."""
+        """Stop; waits for the thread and for the process that draws."""
         self._port.close()
+        self._end_drawing()
 
     def _serve(self, guest: Guest) -> None:
         opening = read_opening(guest.take)
@@ -97,6 +103,7 @@ class VideoPort:
             case StartVideo():
                 if self._world.camera_on_ns is None:
                     self._world.camera_on_ns = self._world.clock.now_ns() + STARTS_NS
+                self._begin_drawing()
                 guest.wait_for_end(HANG_UP_S)
             case StopVideo():
                 self._world.camera_on_ns = None
@@ -108,35 +115,70 @@ class VideoPort:
                 self.counts.messages += 1
             case VideoRequest():
                 _check(opening.width_px, opening.height_px, opening.fps)
-                self._stream(guest, opening)
+                try:
+                    self._stream(guest, opening)
+                except DrawingError as error:
+                    log.warning("%s; drawing begins anew with the next client", error)
+                    self._end_drawing()
+                finally:
+                    self._finish_drawing()
 
     def _stream(self, guest: Guest, request: VideoRequest) -> None:
         """Send pictures until the client leaves or the camera is stopped."""
         # A client may leave the start to the one who was here before.
-        began_ns = self._world.camera_on_ns or self._world.clock.now_ns() + STARTS_NS
-        self._world.camera_on_ns = began_ns
-        painter = self._painter_of(request.width_px, request.height_px)
+        world = self._world
+        began_ns = world.camera_on_ns or world.clock.now_ns() + STARTS_NS
+        world.camera_on_ns = began_ns
         encoder = encoder_for(request)
         period_ns = round(1e9 / request.fps) * max(1, request.divisor)
-        # The first picture of another size takes long to draw; later ones have their time.
-        self._draw(painter, request, self._world.clock.now_ns())
-        due_ns = max(self._world.clock.now_ns(), began_ns) + period_ns
-        while self._world.camera_is_on():
-            shot = self._draw(painter, request, due_ns)
-            self._world.clock.sleep_until(due_ns)
+        # The first picture of a size takes long to draw; later ones have their time.
+        self._order(request, world.clock.now_ns())
+        self._picture()
+        due_ns = max(world.clock.now_ns(), began_ns) + period_ns
+        ordered = self._order(request, due_ns)
+        while world.camera_is_on():
+            picture, shown = self._picture(), ordered
+            due_ns = ordered.t_ns
+            late = max(0, world.clock.now_ns() - due_ns) // period_ns
+            ordered = self._order(request, due_ns + period_ns * (1 + late))
+            world.clock.sleep_until(due_ns)
             if self._has_time_code:
-                burn(shot.rgb, self._world.glass_ns() // 1000)
-            self._send(guest, shot, encoder.encode(shot.rgb), has_pose=request.has_pose)
-            late = max(0, self._world.clock.now_ns() - due_ns) // period_ns
-            due_ns += period_ns * (1 + late)
+                burn(picture, world.glass_ns() // 1000)
+            self._send(guest, shown, encoder.encode(picture), has_pose=request.has_pose)
 
-    def _draw(self, painter: Painter, request: VideoRequest, t_ns: int) -> _Shot:
+    def _order(self, request: VideoRequest, t_ns: int) -> _Ordered:
+        """Have a picture drawn as it will be then."""
         t_s = self._world.seconds(t_ns)
         lens = lens_at(t_s, request.width_px, request.height_px)
-        rgb = painter.draw(lens, self._world.room_from_camera(t_s))
-        return _Shot(t_ns, lens, np.array(rgb))
+        camera = self._world.room_from_camera(t_s)
+        self._begin_drawing().order(Shot(lens, camera, self._scenery.poses()))
+        self._waiting += 1
+        return _Ordered(t_ns, lens)
 
-    def _send(self, guest: Guest, shot: _Shot, unit: bytes, *, has_pose: bool) -> None:
+    def _begin_drawing(self) -> Drawer:
+        """Return what draws; it takes a second until it can."""
+        if self._drawer is None:
+            self._drawer = Drawer(self._scenery.drawn)
+        return self._drawer
+
+    def _picture(self) -> NDArray[np.uint8]:
+        """Wait for the picture that was ordered first."""
+        assert self._drawer is not None, "no picture was ordered"
+        self._waiting -= 1
+        return self._drawer.picture()
+
+    def _finish_drawing(self) -> None:
+        """Let what is being drawn for a client that has left be drawn, for nobody."""
+        while self._waiting and self._drawer is not None:
+            with suppress(DrawingError):
+                self._picture()
+
+    def _end_drawing(self) -> None:
+        drawer, self._drawer, self._waiting = self._drawer, None, 0
+        if drawer is not None:
+            drawer.close()
+
+    def _send(self, guest: Guest, shot: _Ordered, unit: bytes, *, has_pose: bool) -> None:
         world, t_s = self._world, self._world.seconds(shot.t_ns)
         if guest.random.random() < world.faults.size_of(HoloLensFaultKind.BROKEN, t_s):
             unit = _broken(unit, guest)
@@ -150,14 +192,6 @@ class VideoPort:
             return
         guest.send(encode_packet(Packet(world.ticks(shot.t_ns), payload, pose)))
         self.counts.messages += 1
-
-    def _painter_of(self, width_px: int, height_px: int) -> Painter:
-        if self._painter is None or self._painter[0] != (width_px, height_px):
-            if self._painter is not None:
-                self._painter[1].close()
-            painter = self._scenery.painter(width_px, height_px)
-            self._painter = ((width_px, height_px), painter)
-        return self._painter[1]
 
 
 def _check(width_px: int, height_px: int, fps: int) -> None:

@@ -94,42 +94,62 @@ class Scenery:
         with self._lock:
             self._poses.update({name: p for name, p in poses.items() if name in self._poses})
 
-    def painter(self, width_px: int, height_px: int) -> Painter:
-        """Return what draws it at a size, for the calling thread."""
-        return Painter(self, self._still, self._moving, (width_px, height_px))
+    @property
+    def drawn(self) -> DrawnScene:
+        """All that is drawn, for the process that draws."""
+        return DrawnScene(self._still, {name: each.meshes for name, each in self._moving.items()})
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DrawnScene:
+    """Meshes of a scenery.
+
+    Attributes:
+        still: in the room.
+        moving: of what moves, each in its own frame, by name.
+    """
+
+    still: Sequence[LitMesh]
+    moving: Mapping[str, tuple[LitMesh, ...]]
+
+
+@dataclass(frozen=True, slots=True)
+class Shot:
+    """One picture to be drawn.
+
+    Attributes:
+        camera: with the picture's size.
+        room_from_camera: where it is, OpenCV axes.
+        poses: where everything that moves is, in the room.
+    """
+
+    camera: Pinhole
+    room_from_camera: Pose
+    poses: Mapping[str, Pose]
 
 
 class Painter:
-    """Draws a scenery, on the thread that made it.
+    """Draws a scene, on the thread that made it.
 
     Args:
-        scenery: with the places of what moves.
-        still: meshes in the room.
-        moving: what moves, by name.
-        size_px: of the pictures.
+        scene: what there is.
+        width_px: of the pictures.
+        height_px: of the pictures.
     """
 
-    def __init__(
-        self,
-        scenery: Scenery,
-        still: Sequence[LitMesh],
-        moving: Mapping[str, Moving],
-        size_px: tuple[int, int],
-    ) -> None:
-        self._scenery = scenery
-        meshes = list(still)
+    def __init__(self, scene: DrawnScene, width_px: int, height_px: int) -> None:
+        meshes = list(scene.still)
         self._numbers: dict[str, range] = {}
-        for name, each in moving.items():
-            self._numbers[name] = range(len(meshes), len(meshes) + len(each.meshes))
-            meshes += each.meshes
-        self._rasteriser = PinholeRasteriser(meshes, *size_px)
+        for name, parts in scene.moving.items():
+            self._numbers[name] = range(len(meshes), len(meshes) + len(parts))
+            meshes += parts
+        self._rasteriser = PinholeRasteriser(meshes, width_px, height_px)
 
-    def draw(self, camera: Pinhole, room_from_camera: Pose) -> NDArray[np.uint8]:
-        """Return (H, W, 3) uint8 RGB: everything where it is at this moment."""
-        poses = self._scenery.poses()
-        moved = {
-            number: poses[name] for name, numbers in self._numbers.items() for number in numbers
-        }
+    def draw(
+        self, camera: Pinhole, room_from_camera: Pose, poses: Mapping[str, Pose]
+    ) -> NDArray[np.uint8]:
+        """Return (H, W, 3) uint8 RGB, with everything that moves where `poses` says."""
+        moved = {n: poses[name] for name, numbers in self._numbers.items() for n in numbers}
         return self._rasteriser.draw(camera, room_from_camera, shift_px=(0.0, 0.0), moved=moved)
 
     def close(self) -> None:
