@@ -12,7 +12,7 @@ from __future__ import annotations
 import json
 import re
 
-from devices.hololens.headset import HeadsetPlan
+from devices.hololens.plan import HeadsetPlan
 from sim.tables import Table
 from studio.live.hololens.worn import WornPlan
 

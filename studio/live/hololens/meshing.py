@@ -36,8 +36,8 @@ STEP_NS = 20_000_000
 FOLLOW_NS = 40_000_000
 """Time within which tracked objects are where the tracker has them, ns: a camera's picture."""
 
-WAIT_S = 0.02
-"""Longest wait for a surface before the physics goes on."""
+WAIT_S, IDLE_S = 0.02, 0.15
+"""Longest waits for a surface, seconds: while things move, and while all is at rest."""
 
 SETTLE_NS = 4_000_000_000
 """Physics that runs after a change, ns: a box that falls from a table lies still by then. What is at
@@ -225,7 +225,8 @@ class Meshing:
             if pose is None:
                 task.pause(WAIT_S)
                 continue
-            for change in self._surfaces.take(0.0 if waiting else WAIT_S):
+            is_moving = self._clock.now_ns() < self._settled_ns
+            for change in self._surfaces.take(0.0 if waiting else WAIT_S if is_moving else IDLE_S):
                 waiting[change.id] = change
             if waiting:
                 self.take(waiting.pop(next(iter(waiting))), pose)

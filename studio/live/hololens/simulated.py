@@ -14,7 +14,7 @@ from typing import Any, cast
 import numpy as np
 
 from devices.clock import Clock
-from devices.hololens.headset import HeadsetPlan
+from devices.hololens.plan import HeadsetPlan
 from devices.hololens.plan import Ports
 from devices.hub.server import Hub
 from scenes.package.records import pose_from_json

@@ -31,9 +31,14 @@ from studio.live.hololens.pointing import Pointer, leg_of
 EVERY_S = 0.25
 """Seconds between two lines of truth."""
 
-FAULTS = ("jitter", "drift", "slide:at=5,for=600,size=0.0002", "box:at=25,for=15")
+FAULTS = (
+    "jitter",
+    "drift",
+    "slide:at=5,for=3600,size=0.0002",
+    *(f"box:at={at},for=10" for at in range(20, 1000, 20)),
+)
 """Faults of the usual headset: a network's jitter, a clock that is off by 50 ppm, a world that slides
-by a centimetre in 50 s, and a box that somebody puts into the room."""
+by a centimetre in 50 s, and a box that somebody puts into the room and takes away again."""
 
 
 def main(words: Sequence[str]) -> int:

@@ -12,7 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from devices.clock import Clock
-from devices.hololens.headset import Headset, HeadsetPlan
+from devices.hololens.headset import Headset
+from devices.hololens.plan import HeadsetPlan
 from devices.hololens.values import HeadAndHands, HeadsetStatus
 from devices.hub.server import Hub
 from scenes.package import ScenePackage

@@ -7,9 +7,15 @@ from collections import deque
 import numpy as np
 import pytest
 
-from devices.hololens.headset import HeadsetPlan
+from benchmarks.twin.scan_like import block, scan_like
+from devices.hololens.plan import HeadsetPlan
 from devices.hololens.values import HandJoints, HeadAndHands, HeadsetStatus, Ray
-from scenes.frames import look_at
+from scenes.frames import WORLD_FROM_BOARD_FACING_X, look_at
+from scenes.mesh import BoxPart, CollisionMesh, QrCode
+from scenes.package import ScenePackage
+from scenes.pose import Pose
+from scenes.splats import SplatCloud
+from scenes.state import ObjectModel
 
 
 class FakeSubscription:
@@ -65,6 +71,25 @@ class FakeHeadset:
         self.is_closed = True
 
 
+@pytest.fixture(scope="session")
+def scanned_package():
+    """A room of four metres with one carton on its floor, as a scan has it."""
+    box = block((-2, -2, 0), (2, 2, 2.5), is_room=True)
+    triangles = scan_like(box, edge_m=0.1, noise_m=0.002, seed=3)
+    corners, index = np.unique(triangles.reshape(-1, 3).round(5), axis=0, return_inverse=True)
+    mesh = CollisionMesh(corners.astype(np.float32), index.reshape(-1, 3).astype(np.int32))
+    splats = SplatCloud(
+        np.zeros((1, 3), np.float32), np.full((1, 3), 0.05, np.float32),
+        np.array([[1, 0, 0, 0]], np.float32), np.ones(1, np.float32), np.zeros((1, 1, 3), np.float32),
+    )  # fmt: skip
+    parts = (BoxPart(Pose.from_yaw(0.0, (0, 0, 0.1)), (0.1, 0.1, 0.1)),)
+    carton = ObjectModel("carton-1", "carton", "carton", splats, (0.2, 0.2, 0.2), 0.0,
+                         Pose.from_yaw(0.2, (0.1, 0.1, 0.0)), parts, 1.0)
+    code = QrCode("room:1", 0.24, Pose.from_yaw(0.0, (-2, 0, 1.5)) @ WORLD_FROM_BOARD_FACING_X)
+    return ScenePackage("box", splats, (carton,), (code,), Pose.identity(),
+                        np.array([[-2.0, -2.0], [2.0, 2.0]]), None, collision=mesh)
+
+
 @pytest.fixture
 def headset():
     return FakeHeadset()
@@ -74,14 +99,11 @@ def hand(*, points):
     """A right hand whose index finger is stretched, and the middle one curled if it points."""
     places = np.zeros((26, 3))
     places[:, 0] = 0.3
+    straight, curled = [[0, 1, 0]] * 4, [[0, 1, 0], [0, 1, 0], [0, 0, -1], [0, -1, 0]]
     for first, bends in ((6, False), (11, points), (16, points), (21, points)):
-        place, along = np.array([0.3, 0.4, 1.3]), np.array([0.0, 1.0, 0.0])
-        for k in range(5):
-            places[first + k] = place
-            if bends and k:
-                along = np.array([0.0, along[1] * 0.2 - 0.8, -0.6])
-                along /= np.linalg.norm(along)
-            place = place + 0.03 * along
+        ways = np.array(curled if bends else straight, dtype=float)
+        places[first : first + 5] = [0.3, 0.4, 1.3]
+        places[first + 1 : first + 5] += 0.03 * np.cumsum(ways, axis=0)
     rotations = np.tile(np.eye(3), (26, 1, 1))
     return HandJoints(places, rotations, np.full(26, 0.01), np.ones(26, bool))
 
