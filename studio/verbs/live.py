@@ -196,7 +196,7 @@ def _headless(args: argparse.Namespace) -> int:
             rows += crowd.rows()
         if wearing is not None:
             rows += wearing.rows(rehearsed)
-            wearing.worn.save_mesh(out)
+            wearing.save(out)
     path = write_report(out, result, rows, scene=args.scene, checks=checks)
     return _print_figures(args, rows, report=path, failure=result.recording_failure)
 

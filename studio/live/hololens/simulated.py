@@ -14,6 +14,8 @@ from typing import Any, cast
 import numpy as np
 
 from devices.clock import Clock
+from devices.hololens.display_list import Item, Label, Shape, Solid
+from devices.hololens.display_orders import UNIT_SIZES
 from devices.hololens.plan import HeadsetPlan
 from devices.hololens.plan import Ports
 from devices.hub.server import Hub
@@ -22,8 +24,11 @@ from scenes.pose import rotation_angle
 from scenes.samples import SAMPLE_NAMES
 from scenes.workers.child_process import ChildProcess, module_command, module_environment
 from scenes.workers.task import Task
+from sim.hololens.holograms import TEXT
 from studio.live.hololens.figures import Seen, SimulatedFigures
+from studio.live.hololens.view import seen_by_wearer
 from studio.live.hololens.worn import WornHeadset, WornPlan
+from studio.live.people.pictures import jpeg_of
 
 START_S = 60.0
 """Longest that the process may take to listen, seconds: it draws a room's textures first."""
@@ -75,6 +80,8 @@ class SimulatedHeadset:
         self._middle = np.zeros(3)
         self._first_clock_ns: int | None = None
         self.figures = SimulatedFigures()
+        self.shown: tuple[Item, ...] = ()
+        """What the headset truly shows."""
         self.failures: deque[str] = deque(maxlen=LAST_WORDS)
         self._process: ChildProcess | None = None
         self._joining: Task[None] | None = None
@@ -169,6 +176,8 @@ class SimulatedHeadset:
                 at, leg = np.array(said["at"], float), np.array(said["leg"], float)
                 wall_ns = int(said["perf_ns"]) + time.time_ns() - time.perf_counter_ns()
                 self.figures.seen.append(Seen(wall_ns, str(said["object"]), at, leg))
+            case "shown":
+                self.shown = tuple(_item_of(item) for item in said["items"])
             case "failed":
                 self.failures.append(str(said["text"]))
                 self._say(str(said["text"]))
@@ -195,3 +204,22 @@ class SimulatedHeadset:
         middle = self._middle
         figures.origin_mm.add(1e3 * float(np.linalg.norm(off @ middle - middle)))
         figures.origin_deg.add(float(np.degrees(rotation_angle(off.rotation))))
+
+    def save_view(self, path: Path) -> bool:
+        """Write what the wearer sees now as a JPEG; return whether there is anything to be seen."""
+        frame = None if self._worn is None else self._worn.anchoring.picture
+        if frame is None:
+            return False
+        path.write_bytes(jpeg_of(seen_by_wearer(frame, self.shown)))
+        return True
+
+
+def _item_of(said: dict[str, Any]) -> Item:
+    pose, (red, green, blue, opacity) = pose_from_json(said["pose"]), map(float, said["colour"])
+    colour = (red, green, blue, opacity)
+    if said["text"] or int(said["shape"]) == TEXT:
+        return Label(str(said["text"]), pose, colour=colour)
+    shape = Shape(int(said["shape"]))
+    # The scene's own shapes are not all within a cube of 1 m.
+    x, y, z = (np.array(said["scale"], float) * UNIT_SIZES[shape]).tolist()
+    return Solid(shape, pose, (x, y, z), colour)

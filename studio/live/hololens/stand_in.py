@@ -24,12 +24,16 @@ from scenes.package.records import pose_to_json
 from scenes.samples import sample_room
 from scenes.workers.task import Task
 from sim.hololens.faults import read_hololens_faults
+from sim.hololens.holograms import Hologram
 from sim.hololens.simulator import Simulator, SimulatorPlan
 from sim.hololens.wearer import Stroller
 from studio.live.hololens.pointing import Pointer, leg_of
 
 EVERY_S = 0.25
 """Seconds between two lines of truth."""
+
+SHOWN_EVERY = 8
+"""Lines of truth between two of all that the headset shows."""
 
 FAULTS = (
     "jitter",
@@ -91,7 +95,11 @@ def _ports(simulator: Simulator) -> dict[str, int]:
 
 
 def _tell_truth(simulator: Simulator, clock: WallClock, task: Task[None]) -> None:
+    number = 0
     while not task.pause(EVERY_S):
+        number += 1
+        if number % SHOWN_EVERY == 0:
+            _say({"event": "shown", "items": [_item(e) for e in simulator.holograms.shown()]})
         now_ns, perf_ns = clock.now_ns(), time.perf_counter_ns()
         _say(
             {
@@ -103,6 +111,16 @@ def _tell_truth(simulator: Simulator, clock: WallClock, task: Task[None]) -> Non
                 "lists": simulator.holograms.lists,
             }
         )
+
+
+def _item(each: Hologram) -> dict[str, Any]:
+    return {
+        "shape": each.shape,
+        "pose": pose_to_json(each.world_from_item),
+        "scale": each.scale.tolist(),
+        "colour": list(each.colour),
+        "text": each.text,
+    }
 
 
 _saying = threading.Lock()

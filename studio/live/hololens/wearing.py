@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -16,6 +17,9 @@ from studio.live.hololens.figures import simulated_rows, worn_rows
 from studio.live.hololens.simulated import SimulatedHeadset
 from studio.live.hololens.worn import WornHeadset, WornPlan
 from studio.live.rehearsed import RehearsedLive
+
+VIEW_FILE = "headset-view.jpg"
+"""Name of the last picture of the wearer's view, beside the recording."""
 
 HEIGHT_M = 1.0
 """Height above the middle of the floor at which the origin's error is said."""
@@ -45,6 +49,13 @@ class Wearing:
             true_poses = [] if rehearsed is None else rehearsed.true_poses()
             rows += simulated_rows(self.simulated.figures, true_poses)
         return rows
+
+
+    def save(self, folder: Path) -> None:
+        """Write the room's mesh with what the headset has added, and what a simulated one showed."""
+        self.worn.save_mesh(folder)
+        if self.simulated is not None:
+            self.simulated.save_view(folder / VIEW_FILE)
 
 
 def worn_for(
