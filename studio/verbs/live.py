@@ -103,6 +103,7 @@ def run(args: argparse.Namespace) -> int:
             records=not args.no_record,
             hosting=hosting,
             sharing=sharing_of(args),
+            wears=args.hololens is not None,
         )
         return live_in_window(plan)
     if no_window:

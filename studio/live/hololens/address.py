@@ -49,6 +49,18 @@ def worn_plan(host: str, *, name: str = "", code: str = "", code_side_m: float =
     return WornPlan(usual.headset, called, code, code_side_m)
 
 
+def worn_again(before: WornPlan | None, host: str) -> WornPlan:
+    """Return the headset at an address, with the name and the code that it had.
+
+    Raises:
+        ValueError: it is none.
+    """
+    usual = worn_plan(host)
+    if before is None:
+        return usual
+    return WornPlan(usual.headset, before.name, before.camera_code, before.camera_code_side_m)
+
+
 def read_worn(table: Table) -> WornPlan:
     """Return what a file of devices says.
 

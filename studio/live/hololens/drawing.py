@@ -81,6 +81,10 @@ class Drawing:
         """Items that are to be seen."""
         return len(self._shown)
 
+    def items(self) -> tuple[Item, ...]:
+        """Return all that is to be seen."""
+        return tuple(self._shown.values())
+
     def once(self) -> bool:
         """Draw what there is; return whether anything has changed."""
         device_from_world = self._device_from_world()

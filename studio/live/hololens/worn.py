@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from devices.clock import Clock
 from devices.hololens.headset import Headset
@@ -26,6 +27,7 @@ from studio.live.hololens.local_user import WEARER, WithLocalUser, show_to, wear
 from studio.live.hololens.meshing import Meshing, MeshStatus
 from studio.live.hololens.rig_code import RigCode, is_apart, rig_code_after
 from studio.live.hololens.timing import Durations
+from studio.live.hololens.view import seen_by_wearer
 from studio.live.people.entering import People
 from tracking.headset.origin import OriginPlan
 
@@ -190,6 +192,11 @@ class WornHeadset:
             self.drawing.count,
             age,
         )
+
+    def view(self) -> NDArray[np.uint8] | None:
+        """Return (H, W, 3) uint8 RGB: what the wearer sees now; None before the first picture."""
+        frame = self.anchoring.picture
+        return None if frame is None else seen_by_wearer(frame, self.drawing.items())
 
     def save_mesh(self, folder: Path) -> Path | None:
         """Write the room's mesh with what the headset has added; None where it added nothing."""
