@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import os
 import sys
 import time
@@ -130,11 +131,12 @@ def _about(simulator: Simulator, plan: SimulatorPlan, clock: Clock) -> dict[str,
 def _wait(args: argparse.Namespace, clock: Clock) -> None:
     """Return when its time is over, or whoever started it with --json is gone."""
     parent = os.getppid()
-    end_ns = None if args.seconds is None else clock.now_ns() + round(1e9 * args.seconds)
-    while end_ns is None or clock.now_ns() < end_ns:
+    seconds: float = math.inf if args.seconds is None else args.seconds
+    begun_ns = clock.now_ns()
+    while (left_s := seconds - (clock.now_ns() - begun_ns) * 1e-9) > 0:
         if args.json and os.getppid() != parent:
             return
-        time.sleep(WATCH_S if end_ns is None else min(WATCH_S, args.seconds))
+        time.sleep(min(WATCH_S, left_s))
 
 
 def _say(args: argparse.Namespace, event: str, values: dict[str, Any]) -> None:
