@@ -84,6 +84,12 @@ VERBS = (
         "nexus bench hub --clients 16 --json",
     ),
     Verb(
+        "bench hololens",
+        "benchmarks.verbs.bench_hololens",
+        "receive a simulated HoloLens on loopback: delays, its clock, hostile bytes both ways",
+        "nexus bench hololens --json",
+    ),
+    Verb(
         "bench sites",
         "benchmarks.verbs.bench_sites",
         "measure rooms, sites and a router on loopback, and reckon a building of a thousand rooms",

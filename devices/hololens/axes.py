@@ -83,17 +83,19 @@ def camera_of(trailer: VideoTrailer, width_px: int, height_px: int) -> Pinhole:
 
 def head_and_hands(sample: SpatialInput, *, seq: int, t_ns: int, arrived_ns: int) -> HeadAndHands:
     """Return where the wearer is; what is not valid, or no number, is None."""
-    position, forward, up = sample.head.astype(np.float64)
-    origin, direction = sample.eyes.astype(np.float64)
-    return HeadAndHands(
-        seq,
-        t_ns,
-        arrived_ns,
-        _head(position, forward, up) if Valid.HEAD in sample.valid else None,
-        _ray(origin, direction) if Valid.EYES in sample.valid else None,
-        _hand(sample.left) if Valid.LEFT in sample.valid else None,
-        _hand(sample.right) if Valid.RIGHT in sample.valid else None,
-    )
+    # Any 32 bits may come, and some of them are no numbers even to a cast.
+    with np.errstate(all="ignore"):
+        position, forward, up = sample.head.astype(np.float64)
+        origin, direction = sample.eyes.astype(np.float64)
+        return HeadAndHands(
+            seq,
+            t_ns,
+            arrived_ns,
+            _head(position, forward, up) if Valid.HEAD in sample.valid else None,
+            _ray(origin, direction) if Valid.EYES in sample.valid else None,
+            _hand(sample.left) if Valid.LEFT in sample.valid else None,
+            _hand(sample.right) if Valid.RIGHT in sample.valid else None,
+        )
 
 
 def _head(position: Floats, forward: Floats, up: Floats) -> Pose | None:
@@ -108,8 +110,7 @@ def _head(position: Floats, forward: Floats, up: Floats) -> Pose | None:
 
 def _ray(origin: Floats, direction: Floats) -> Ray | None:
     turn = WORLD_FROM_GLTF.rotation
-    with np.errstate(all="ignore"):
-        length = float(np.linalg.norm(direction))
+    length = float(np.linalg.norm(direction))
     if not (_is_near(origin) and 1e-3 < length < 1e3):
         return None
     return Ray(turn @ origin, turn @ direction / length)
@@ -119,9 +120,8 @@ def _hand(joints: NDArray[Any]) -> HandJoints | None:
     xyzw = joints["orientation"].astype(np.float64)
     positions = joints["position"].astype(np.float64)
     radii = joints["radius"].astype(np.float64)
-    with np.errstate(all="ignore"):
-        lengths = np.linalg.norm(xyzw, axis=1)
-        is_turned = bool(((lengths > 0.5) & (lengths < 2.0)).all())
+    lengths = np.linalg.norm(xyzw, axis=1)
+    is_turned = bool(((lengths > 0.5) & (lengths < 2.0)).all())
     if not (is_turned and _is_near(positions) and np.isfinite(radii).all()):
         return None
     assert positions.shape == (JOINTS, 3)

@@ -9,6 +9,7 @@ from devices.hololens.links.connection import Connection, StoppedError
 from devices.hololens.links.fan_out import FanOut
 from devices.hololens.links.health import StreamHealth
 from devices.hololens.links.link import Link
+from devices.hololens.plan import MAX_RETRY_S
 from devices.hololens.values import HeadAndHands, StreamStatus
 from devices.hololens.wire.packets import read_packet
 from devices.hololens.wire.spatial_input import INPUT_LAYOUT, read_input
@@ -21,10 +22,16 @@ class Body:
         address: of the port.
         clock: session time.
         configuration: of the same headset.
+        retry_s: longest wait between two attempts to connect.
     """
 
     def __init__(
-        self, address: tuple[str, int], clock: Clock, configuration: Configuration
+        self,
+        address: tuple[str, int],
+        clock: Clock,
+        *,
+        configuration: Configuration,
+        retry_s: float = MAX_RETRY_S,
     ) -> None:
         self.samples: FanOut[HeadAndHands] = FanOut()
         self.health = StreamHealth("body", clock)
@@ -36,6 +43,7 @@ class Body:
             health=self.health,
             talk=self._talk,
             name="hololens body",
+            retry_s=retry_s,
             silent_hint=": answer the question about eye tracking on the headset, or close another "
             "program that is connected to this port",
         )

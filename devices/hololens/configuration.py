@@ -11,6 +11,8 @@ from devices.clock_mapping import ClockEstimate, ClockMapping, add_round_trip, e
 from devices.hololens.links.connection import Connection, HeadsetError, StoppedError
 from devices.hololens.links.health import StreamHealth
 from devices.hololens.links.link import Link
+from devices.hololens.plan import MAX_RETRY_S
+from devices.hololens.values import StreamState
 from devices.hololens.wire.packets import TICK_NS
 from devices.hololens.wire.remote_configuration import (
     Request,
@@ -48,9 +50,12 @@ class Configuration:
     Args:
         address: of the port.
         clock: session time.
+        retry_s: longest wait between two attempts to connect.
     """
 
-    def __init__(self, address: tuple[str, int], clock: Clock) -> None:
+    def __init__(
+        self, address: tuple[str, int], clock: Clock, *, retry_s: float = MAX_RETRY_S
+    ) -> None:
         self.health = StreamHealth("clock", clock)
         self._clock = clock
         self._mapping = ClockMapping()
@@ -60,7 +65,12 @@ class Configuration:
         self._lock = threading.Lock()
         self._asked = threading.Event()
         self._link = Link(
-            address, clock, health=self.health, talk=self._talk, name="hololens configuration"
+            address,
+            clock,
+            health=self.health,
+            talk=self._talk,
+            name="hololens configuration",
+            retry_s=retry_s,
         )
 
     @property
@@ -84,6 +94,9 @@ class Configuration:
         Raises:
             HeadsetError: none came in time, or too many wait.
         """
+        status = self.health.status()
+        if status.state is StreamState.WAITING:
+            raise HeadsetError(f"{request.setting.name}: not asked: {status.reason}")
         question = _Question(request)
         with self._lock:
             if len(self._waiting) >= MAX_WAITING:

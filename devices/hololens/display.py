@@ -11,6 +11,7 @@ from devices.hololens.display_orders import Shown, transform_of, update_between
 from devices.hololens.links.connection import Connection, StoppedError
 from devices.hololens.links.health import StreamHealth
 from devices.hololens.links.link import Link
+from devices.hololens.plan import MAX_RETRY_S
 from devices.hololens.values import StreamStatus
 from devices.hololens.wire.message_queue import (
     Command,
@@ -35,16 +36,24 @@ class Display:
     Args:
         address: of the port.
         clock: session time.
+        retry_s: longest wait between two attempts to connect.
     """
 
-    def __init__(self, address: tuple[str, int], clock: Clock) -> None:
+    def __init__(
+        self, address: tuple[str, int], clock: Clock, *, retry_s: float = MAX_RETRY_S
+    ) -> None:
         self.health = StreamHealth("display", clock, is_steady=False)
         self._clock = clock
         self._wanted: Mapping[str, Item] = {}
         self._changed = threading.Event()
         self._shown: dict[str, Shown] = {}
         self._link = Link(
-            address, clock, health=self.health, talk=self._talk, name="hololens display"
+            address,
+            clock,
+            health=self.health,
+            talk=self._talk,
+            name="hololens display",
+            retry_s=retry_s,
         )
 
     @property

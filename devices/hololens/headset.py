@@ -77,7 +77,9 @@ class Headset:
     ) -> None:
         self.plan = plan
         ports, wanted = plan.ports, plan.streams
-        self._configuration = Configuration((plan.host, ports.configuration), clock)
+        self._configuration = Configuration(
+            (plan.host, ports.configuration), clock, retry_s=plan.retry_s
+        )
         self._video = self._body = self._surfaces = self._display = None
         if StreamName.VIDEO in wanted:
             self._video = Video(
@@ -86,18 +88,25 @@ class Headset:
                 options=plan.video,
                 configuration=self._configuration,
                 packets=packets,
+                retry_s=plan.retry_s,
             )
         if StreamName.BODY in wanted:
-            self._body = Body((plan.host, ports.body), clock, self._configuration)
+            self._body = Body(
+                (plan.host, ports.body),
+                clock,
+                configuration=self._configuration,
+                retry_s=plan.retry_s,
+            )
         if StreamName.SURFACES in wanted:
             self._surfaces = Surfaces(
                 (plan.host, ports.surfaces),
                 clock,
                 boxes=plan.boxes,
                 triangles_per_m3=plan.triangles_per_m3,
+                retry_s=plan.retry_s,
             )
         if StreamName.DISPLAY in wanted:
-            self._display = Display((plan.host, ports.display), clock)
+            self._display = Display((plan.host, ports.display), clock, retry_s=plan.retry_s)
 
     def video(self) -> Subscription[PersonalVideoFrame]:
         """Return the newest pictures for one more consumer.

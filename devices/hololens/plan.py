@@ -10,6 +10,11 @@ DEFAULT_TRIANGLES_PER_M3 = 1000.0
 """Density of meshes that is asked for: what the headset makes itself of walls and furniture."""
 
 
+MAX_RETRY_S = 2.0
+"""Longest wait between two attempts to connect, seconds: a headset that was put down and taken up
+again is back within that, and one that is off is asked once in two seconds."""
+
+
 @dataclass(frozen=True, slots=True)
 class Ports:
     """TCP ports of the headset's program; others where a simulator listens elsewhere."""
@@ -62,6 +67,7 @@ class HeadsetPlan:
         video: what its camera is asked for.
         boxes: where it shall mesh.
         triangles_per_m3: of its meshes, at most.
+        retry_s: longest wait between two attempts to connect.
     """
 
     host: str
@@ -70,3 +76,4 @@ class HeadsetPlan:
     video: VideoOptions = field(default_factory=VideoOptions)
     boxes: tuple[MeshedBox, ...] = (MeshedBox(),)
     triangles_per_m3: float = DEFAULT_TRIANGLES_PER_M3
+    retry_s: float = MAX_RETRY_S

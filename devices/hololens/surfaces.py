@@ -10,7 +10,7 @@ from devices.hololens.links.connection import Connection
 from devices.hololens.links.fan_out import SurfaceFanOut
 from devices.hololens.links.health import StreamHealth
 from devices.hololens.links.link import Link
-from devices.hololens.plan import MeshedBox
+from devices.hololens.plan import MAX_RETRY_S, MeshedBox
 from devices.hololens.values import StreamStatus, SurfaceGone
 from devices.hololens.wire.spatial_mapping import (
     GetMeshes,
@@ -40,6 +40,7 @@ class Surfaces:
         clock: session time.
         boxes: where it shall mesh, in its own world.
         triangles_per_m3: at most.
+        retry_s: longest wait between two attempts to connect.
     """
 
     def __init__(
@@ -49,6 +50,7 @@ class Surfaces:
         *,
         boxes: Sequence[MeshedBox],
         triangles_per_m3: float,
+        retry_s: float = MAX_RETRY_S,
     ) -> None:
         self.changes = SurfaceFanOut()
         self.health = StreamHealth("surfaces", clock)
@@ -58,7 +60,12 @@ class Surfaces:
         self._sent: tuple[MeshedBox, ...] | None = None
         self._unreadable: dict[str, int] = {}
         self._link = Link(
-            address, clock, health=self.health, talk=self._talk, name="hololens surfaces"
+            address,
+            clock,
+            health=self.health,
+            talk=self._talk,
+            name="hololens surfaces",
+            retry_s=retry_s,
         )
 
     def set_boxes(self, boxes: Sequence[MeshedBox]) -> None:

@@ -14,7 +14,7 @@ from devices.hololens.links.connection import Connection, HeadsetError, StoppedE
 from devices.hololens.links.fan_out import FanOut
 from devices.hololens.links.health import StreamHealth
 from devices.hololens.links.link import Link
-from devices.hololens.plan import VideoOptions
+from devices.hololens.plan import MAX_RETRY_S, VideoOptions
 from devices.hololens.values import PersonalVideoFrame, StreamStatus
 from devices.hololens.video_stream import (
     DecodedVideo,
@@ -57,6 +57,7 @@ class Video:
         options: what is asked for.
         configuration: of the same headset.
         packets: takes every encoded picture, in order; it must not block.
+        retry_s: longest wait between two attempts to connect.
     """
 
     def __init__(
@@ -67,6 +68,7 @@ class Video:
         options: VideoOptions,
         configuration: Configuration,
         packets: Sink[EncodedFrame] | None = None,
+        retry_s: float = MAX_RETRY_S,
     ) -> None:
         self.frames: FanOut[PersonalVideoFrame] = FanOut()
         self._address, self._clock, self._options = address, clock, options
@@ -84,6 +86,7 @@ class Video:
             talk=self._talk,
             prepare=self._prepare,
             name="hololens video",
+            retry_s=retry_s,
             silent_s=SILENT_S,
             silent_hint=": another program may be connected to this port; close it",
         )

@@ -126,7 +126,7 @@ def _rotations(positions: Array) -> Array:
     up = np.where(is_level, (0.0, 0.0, 1.0), (0.0, 1.0, 0.0))
     out: Array = up - np.sum(up * back, axis=1, keepdims=True) * back
     out /= np.linalg.norm(out, axis=1, keepdims=True)
-    aside: Array = np.cross(out, back)
+    aside = np.asarray(np.cross(out, back), dtype=np.float64)
     return np.stack([aside, out, back], axis=2)
 
 

@@ -11,9 +11,8 @@ from devices.hololens.links.health import StreamHealth
 from devices.hololens.wire.taking import WireError
 from scenes.workers.task import Task
 
-FIRST_WAIT_S, MAX_WAIT_S = 0.1, 2.0
-"""Seconds between attempts, doubling from one to the other: a headset that was put down and taken
-up again is back within 2 s, and one that is off is asked twice in four seconds."""
+FIRST_WAIT_S = 0.1
+"""Seconds to the second attempt; each later wait is twice the one before, up to a limit."""
 
 CLOSE_S = 5.0
 """Seconds that `close` waits for the thread, which looks every 0.1 s but while it connects."""
@@ -37,6 +36,7 @@ class Link:
         health: takes what happens.
         talk: uses each connection, on the link's thread.
         name: of the thread.
+        retry_s: longest wait between two attempts.
         prepare: called before each connection, on the link's thread.
         silent_s: see `Connection`.
         silent_hint: see `Connection`.
@@ -50,12 +50,13 @@ class Link:
         health: StreamHealth,
         talk: Talk,
         name: str,
+        retry_s: float,
         prepare: Prepare | None = None,
         silent_s: float = SILENT_S,
         silent_hint: str = "",
     ) -> None:
         self._address, self._clock, self._health = address, clock, health
-        self._talk, self._prepare = talk, prepare
+        self._talk, self._prepare, self._retry_s = talk, prepare, retry_s
         self._silent_s, self._silent_hint = silent_s, silent_hint
         self.task = Task(name, self._run)
         self.task.start()
@@ -71,7 +72,8 @@ class Link:
             raise RuntimeError(f"{self.task.name}: did not end within {CLOSE_S:g} s")
 
     def _run(self, task: Task[None]) -> None:
-        wait_s = FIRST_WAIT_S
+        first_s = min(FIRST_WAIT_S, self._retry_s)
+        wait_s = first_s
         while not task.is_cancelled:
             before = self._health.status().received
             try:
@@ -84,11 +86,11 @@ class Link:
                 if isinstance(error, WireError):
                     self._health.damaged(text)
             if self._health.status().received > before:
-                wait_s = FIRST_WAIT_S
+                wait_s = first_s
             self._health.waits(f"{text}; trying again")
             if task.pause(wait_s):
                 break
-            wait_s = min(2 * wait_s, MAX_WAIT_S)
+            wait_s = min(2 * wait_s, self._retry_s)
         self._health.closed()
 
     def _connect_and_talk(self, task: Task[None]) -> None:
