@@ -64,7 +64,7 @@ class WalkResult:
 def measure_walk(
     name: str, seed: int, *, seconds: float, now_ns: Callable[[], int], codes: int = 2
 ) -> WalkResult:
-    """Walk about a built-in room, with so many of its codes known, and hold the origin to the truth.
+    """Walk about a built-in room, some of its codes known, and hold the origin to the truth.
 
     Args:
         name: of the room.
@@ -105,9 +105,7 @@ def measure_walk(
     mm, deg, sigma = np.median(table, axis=0).tolist()
     mm95, deg95, _ = np.percentile(table, 95.0, axis=0).tolist()
     ms = float(np.median(took)) if took else math.nan
-    return WalkResult(
-        name, seed, pictures, seen, mm, mm95, deg, deg95, sigma, first_s, ms
-    )
+    return WalkResult(name, seed, pictures, seen, mm, mm95, deg, deg95, sigma, first_s, ms)
 
 
 def walk_rows(results: Sequence[WalkResult]) -> list[Row]:

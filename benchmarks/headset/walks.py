@@ -41,9 +41,9 @@ HEAD_SHIFT_M, HEAD_TURN_RAD, HEAD_TAU_S = 0.0015, math.radians(0.04), 0.5
 """A headset's own error from moment to moment: standard deviations along and about each axis, and
 the time for which it lasts."""
 
-DRIFT_M, DRIFT_RAD = 0.001, math.radians(0.01)
+DRIFT_M, DRIFT_RAD = 0.001 / math.sqrt(3.0), math.radians(0.01)
 """Drift of its world in the room in a second, a random walk along each axis and about the
-vertical: a centimetre in 100 s."""
+vertical: in 100 s a centimetre in all, and 0.1°."""
 
 HEAD_SHAKE = HandShake(position_m=0.006, turn_rad=0.012)
 """Of a head that walks, beside its way."""
@@ -99,7 +99,7 @@ def walk(room: PhysicalRoom, *, seed: int, seconds: float) -> Iterator[WalkedPic
             total = np.zeros((fine.height_px, fine.width_px, 3), np.float32)
             for k in range(SAMPLES):
                 at = min(t_s + ((k + 0.5) / SAMPLES - 0.5) * EXPOSURE_S, seconds)
-                shift = ((0.75 * k) % 1.0 - 0.5, (0.57 * k) % 1.0 - 0.5)
+                shift = (0.5 * k - 0.25, 0.25 - 0.5 * k)
                 total += rasteriser.draw(fine, way.world_from_camera(max(at, 0.0)), shift_px=shift)
             small = cv2.resize(total / SAMPLES, (WIDTH_PX, HEIGHT_PX), interpolation=cv2.INTER_AREA)
             clean = np.clip(np.rint(small), 0, 255).astype(np.uint8)

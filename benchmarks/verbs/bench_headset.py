@@ -36,5 +36,9 @@ def run(args: argparse.Namespace) -> int:
                 flush=True,
             )
     rows = walk_rows(results)
-    print(json.dumps(as_json("bench headset", rows, args.seed), indent=2) if args.json else as_table(rows))
+    print(
+        json.dumps(as_json("bench headset", rows, args.seed), indent=2)
+        if args.json
+        else as_table(rows)
+    )
     return exit_code(rows)

@@ -241,7 +241,7 @@ def _wearing(
     hub: Hub | None,
     stack: ExitStack,
 ) -> Wearing | None:
-    """Return the local user's headset; a simulated one lets somebody point where people can join."""
+    """Return the local user's headset, real or simulated; None without one."""
     from studio.live.hololens.wearing import worn_for
 
     if setup.hololens is None and args.hololens is None:

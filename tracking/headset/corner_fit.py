@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from scenes.cameras import Pinhole
 from scenes.pose import Pose, rotation_from_vector
+from scenes.prepare.align.codes.triangulate import UNIT_CORNERS
 
 Floats = NDArray[np.float64]
 
@@ -125,7 +126,8 @@ def updated(belief: Belief, seen: SeenPoints) -> Belief | None:
         left, slope, noise = parts
         weighted = np.linalg.solve(noise, slope)
         normal = information + slope.T @ weighted
-        change = np.linalg.solve(normal, weighted.T @ (left + slope @ change))
+        wanted = weighted.T @ (left + slope @ change)
+        change = np.asarray(np.linalg.solve(normal, wanted), dtype=np.float64)
         if not np.isfinite(change).all():
             return None
     covariance = np.linalg.inv(normal)
@@ -144,8 +146,7 @@ def poses_of_square(camera: Pinhole, corners_px: Floats, side_m: float) -> list[
 
     A small square that is seen from afar has two: it may lean either way.
     """
-    half = 0.5 * side_m
-    square = np.array([[-half, half, 0.0], [half, half, 0.0], [half, -half, 0.0], [-half, -half, 0]])
+    square = code_corners(side_m)
     lens = np.array([[camera.fx, 0.0, camera.cx], [0.0, camera.fy, camera.cy], [0.0, 0.0, 1.0]])
     try:
         count, turns, shifts, _ = cv2.solvePnPGeneric(
@@ -163,8 +164,7 @@ def poses_of_square(camera: Pinhole, corners_px: Floats, side_m: float) -> list[
 
 def code_corners(side_m: float) -> Floats:
     """Return (4, 3) corners in a code's own frame: x right, y up, from its middle."""
-    half = 0.5 * side_m
-    return np.array([[-half, half, 0.0], [half, half, 0.0], [half, -half, 0.0], [-half, -half, 0.0]])
+    return side_m * UNIT_CORNERS
 
 
 def slopes_of(camera: Pinhole, in_camera: Floats) -> Floats:

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import chi2
 
 from tracking.headset.corner_fit import Belief, SeenPoints, distance, joined, updated
 
-REFUSED_P = 1e-5
-"""Probability of corners as far off as this by chance, at which they are refused; chosen: once in
-three hours of ten codes a second."""
+REFUSED_SIGMAS = 4.265
+"""Quantile of a normal distribution for a probability of 1e-5, at which corners that are as far off
+are refused; chosen: by chance once in three hours of ten codes a second."""
 
 CONVINCED_PICTURES, CONVINCED_NS = 5, 400_000_000
 """Pictures, and nanoseconds between the first and the last, that must agree on another pose before
@@ -77,7 +77,10 @@ class Wander:
 
 def agrees(belief: Belief, seen: SeenPoints) -> bool:
     """Return whether points are where a belief expects them, as far as both are known."""
-    limit = float(chi2.isf(REFUSED_P, 2 * len(seen.points)))
+    # Wilson & Hilferty 1931: the cube root of a sum of squares is nearly normal.
+    count = 2.0 * len(seen.points)
+    spread = 2.0 / (9.0 * count)
+    limit = count * (1.0 - spread + REFUSED_SIGMAS * math.sqrt(spread)) ** 3
     return distance(belief, seen) <= limit
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from scenes.pose import Pose, rotation_angle, rotation_from_vector
 
@@ -48,10 +48,8 @@ def glided(known: Glide | None, wanted: Pose, t_ns: int, *, about: np.ndarray) -
     turn = wanted.rotation @ known.shown.rotation.T
     way = wanted @ about - known.shown @ about
     length, angle = float(np.linalg.norm(way)), rotation_angle(turn)
-    share = min(
-        _share(length, SPEED_M_PER_S, passed_s), _share(angle, SPEED_RAD_PER_S, passed_s)
-    )
-    vector = np.asarray(Rotation.from_matrix(turn).as_rotvec(), dtype=np.float64)
+    share = min(_share(length, SPEED_M_PER_S, passed_s), _share(angle, SPEED_RAD_PER_S, passed_s))
+    vector = np.asarray(cv2.Rodrigues(turn)[0], dtype=np.float64).ravel()
     rotation = rotation_from_vector(share * vector) @ known.shown.rotation
     place = known.shown @ about + share * way
     return Glide(Pose(rotation, place - rotation @ about), t_ns)

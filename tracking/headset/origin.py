@@ -262,7 +262,11 @@ def _carried(known: Origin, picture: CodePicture, plan: OriginPlan) -> Origin:
     corners = code_corners(plan.carried_side_m)
     camera_from_device = picture.device_from_camera.inverse()
     in_world = SeenPoints(
-        picture.camera, camera_from_device, world_from_code @ corners, seen.corners_px, seen.sigma_px
+        picture.camera,
+        camera_from_device,
+        world_from_code @ corners,
+        seen.corners_px,
+        seen.sigma_px,
     )
     more = spread_px2(anchor, in_world)
     points = replace(in_world, camera_from_a=camera_from_world, points=corners, more_px2=more)

@@ -1,7 +1,7 @@
-"""What a headset meshes of the room, beside the room's scan: new surfaces, in the cells they changed.
+"""Surfaces that a headset meshes of a room, beside the room's scan, in the cells that they change.
 
-A scan is more exact than a headset's mesh. So the scan stays wherever the headset sees the same, and
-what the headset alone sees is added, exchanged and taken away by its surfaces' names.
+A scan is more exact than a headset's mesh. So the scan stays wherever the headset sees the same,
+and what the headset alone sees is added, exchanged and taken away by its surfaces' names.
 """
 
 from __future__ import annotations
@@ -9,10 +9,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
+from scipy import spatial  # pyright: ignore[reportMissingTypeStubs]
 
 from scenes.mesh import CollisionMesh, PhysicalObject
 from scenes.pose import Pose
@@ -25,14 +26,14 @@ KNOWN_M = 0.08
 by up to 4 cm, its corners are 5 to 10 cm apart and cut off edges."""
 
 SAMPLE_M = 0.06
-"""Spacing of the scan's samples that triangles are compared with, metres; chosen below `KNOWN_M`."""
+"""Spacing of the scan's samples that triangles are compared with, metres; below `KNOWN_M`."""
 
 MAX_SAMPLES = 400_000
 """Samples of a scan, chosen: 1,400 m² of surface; a larger one is sampled more coarsely."""
 
 STILL_M, STILL_SHARE = 0.01, 0.15
-"""Shift of a cell's content along any axis, metres, and change of its area as a share, up to which a
-cell is as it was: what a headset's mesh trembles by."""
+"""Shift of a cell's content along any axis, metres, and change of its area as a share, up to which
+a cell is as it was: what a headset's mesh trembles by."""
 
 MIN_PIECE_M2 = 0.002
 """Area below which the content of a cell is left out: a shred of a mesh's edge, 4.5 cm wide."""
@@ -47,12 +48,12 @@ class Meshed:
 
     Attributes:
         scan: pieces of the scan by cell.
-        samples: of the scan.
+        samples: points of the scan, a tree of SciPy's.
         own: by surface id, its pieces by cell that the scan has not.
     """
 
     scan: Mapping[Cell, Array]
-    samples: cKDTree
+    samples: Any
     own: Mapping[str, Mapping[Cell, Array]] = field(
         default_factory=lambda: MappingProxyType(dict[str, Mapping[Cell, Array]]())
     )
@@ -73,7 +74,7 @@ def meshed_beside(surface: Surface) -> Meshed:
     """Return an empty headset's mesh beside the surface of a scan."""
     pieces = list(surface.pieces.values())
     triangles = np.concatenate(pieces) if pieces else np.zeros((0, 3, 3))
-    return Meshed(dict(surface.pieces), cKDTree(surface.grid.to_world(_sampled(triangles))))
+    return Meshed(dict(surface.pieces), spatial.KDTree(surface.grid.to_world(_sampled(triangles))))
 
 
 def with_surface(
@@ -156,7 +157,8 @@ def _unknown(
         return left
     # All of a triangle has to be beside the scan: a large one may reach away from it.
     probes = np.concatenate([left, left.mean(axis=1, keepdims=True)], axis=1)
-    away, _ = known.samples.query(probes.reshape(-1, 3), distance_upper_bound=KNOWN_M)
+    places = probes.reshape(-1, 3)
+    away, _ = known.samples.query(places, distance_upper_bound=KNOWN_M)
     return left[np.isinf(away).reshape(-1, 4).any(axis=1)]
 
 

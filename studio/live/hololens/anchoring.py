@@ -1,4 +1,4 @@
-"""The shared origin while the session runs: codes in the headset's video, on a thread of its own."""
+"""The shared origin while a session runs: codes in the headset's video, on a thread of its own."""
 
 from __future__ import annotations
 

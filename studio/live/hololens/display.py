@@ -1,4 +1,4 @@
-"""What the local user sees on the headset, of a session's state: people, lines, bodies, outlines."""
+"""A session's state on the local user's headset: people, lines, bodies, outlines of objects."""
 
 from __future__ import annotations
 
@@ -157,14 +157,14 @@ def _person(avatar: Avatar, colour: Colour, seen: Seen) -> dict[str, Item | None
             place = seen.device_from_world @ hand[number]
             size = TIP_M if number in TIPS else JOINT_M
             pose = Pose(np.eye(3), place)
-            parts[f"hand{side}.{number}"] = Solid(Shape.SPHERE, pose, (size,) * 3, SKIN)
+            parts[f"hand{side}.{number}"] = Solid(Shape.SPHERE, pose, (size, size, size), SKIN)
     if avatar.ray is not None:
         start, end = seen.device_from_world @ avatar.ray
         parts["ray"] = rod(start, end, width_m=RAY_M, colour=colour)
         ball = Pose(np.eye(3), end)
-        parts["ray-end"] = Solid(Shape.SPHERE, ball, (RAY_END_M,) * 3, colour)
+        parts["ray-end"] = Solid(Shape.SPHERE, ball, (RAY_END_M, RAY_END_M, RAY_END_M), colour)
     if avatar.name:
-        above = device_from_head.translation + (0.0, 0.0, NAME_ABOVE_M)
+        above = device_from_head.translation + np.array([0.0, 0.0, NAME_ABOVE_M])
         parts["name"] = _label(avatar.name, above, colour, seen)
     return parts
 

@@ -16,7 +16,10 @@ CORNERS = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in
 """(8, 3) corners of a box of 1 m."""
 
 EDGES = tuple(
-    (a, b) for a in range(8) for b in range(a + 1, 8) if int(np.abs(CORNERS[a] - CORNERS[b]).sum()) == 1
+    (a, b)
+    for a in range(8)
+    for b in range(a + 1, 8)
+    if int(np.abs(CORNERS[a] - CORNERS[b]).sum()) == 1
 )
 """Pairs of corners between which a box has an edge."""
 
@@ -49,7 +52,7 @@ def outline(
     device_from_base: Pose, box_m: tuple[float, float, float], *, width_m: float, colour: Colour
 ) -> dict[str, Solid]:
     """Return the edges of a box, by name, that stands on the origin of a frame."""
-    corners = device_from_base @ ((CORNERS + (0.0, 0.0, 0.5)) * np.asarray(box_m))
+    corners = device_from_base @ (np.add(CORNERS, (0.0, 0.0, 0.5)) * np.asarray(box_m))
     found: dict[str, Solid] = {}
     for number, (a, b) in enumerate(EDGES):
         made = rod(corners[a], corners[b], width_m=width_m, colour=colour)
@@ -100,12 +103,13 @@ def arrow(
     """Return an arrow along +x whose base's middle is a frame's origin: a shaft and two barbs."""
     length, width, height = size_m
     middle = np.array([0.0, 0.0, 0.5 * height])
-    tip, tail = middle + (0.5 * length, 0.0, 0.0), middle - (0.5 * length, 0.0, 0.0)
+    ahead, aside = np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])
+    tip, tail = middle + 0.5 * length * ahead, middle - 0.5 * length * ahead
     thick = max(HEAD_WIDTH * min(width, height), 0.01)
-    back = tip - (HEAD_SHARE * length, 0.0, 0.0)
+    back = tip - HEAD_SHARE * length * ahead
     parts = {"shaft": (tail, tip)}
     for name, side in (("left", 0.5), ("right", -0.5)):
-        parts[name] = (back + (0.0, side * width, 0.0), tip)
+        parts[name] = (back + side * width * aside, tip)
     found: dict[str, Solid] = {}
     for name, (start, end) in parts.items():
         made = rod(device_from_base @ start, device_from_base @ end, width_m=thick, colour=colour)

@@ -6,11 +6,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Protocol
 
+from devices.hololens.values import HeadAndHands
 from devices.hub.contract import Arrived
 from devices.hub.elsewhere import Elsewhere
 from devices.hub.roles import Person, Role
 from devices.hub.wire import WireError, encode_body
-from devices.hololens.values import HeadAndHands
 from scenes.pose import Pose
 from scenes.state import Avatar, SceneState
 from studio.live.hololens.body import avatar_of, body_of

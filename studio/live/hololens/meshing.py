@@ -40,8 +40,8 @@ WAIT_S, IDLE_S = 0.02, 0.15
 """Longest waits for a surface, seconds: while things move, and while all is at rest."""
 
 SETTLE_NS = 4_000_000_000
-"""Physics that runs after a change, ns: a box that falls from a table lies still by then. What is at
-rest costs nothing to leave alone."""
+"""Physics that runs after a change, ns: a box that falls from a table lies still by then. What is
+at rest costs nothing to leave alone."""
 
 JUMP_M = 0.005
 """Movement of a free object in one exchange of a surface that counts as a jump."""
@@ -128,7 +128,7 @@ class Meshing:
         return self._hidden
 
     def whole(self) -> CollisionMesh | None:
-        """Return the scan's mesh with what the headset has added; None where there is no physics."""
+        """Return the scan's mesh with what the headset has added; None without physics."""
         scanned, twin = self._scene.collision, self._twin
         if scanned is None or twin is None:
             return None

@@ -88,7 +88,9 @@ def _write(
     base = round(camera.fy * y / z + camera.cy + 0.5 * size[1])
     colour = tuple(float(255.0 * value) for value in item.colour[:3])
     place = (left, base)
-    cv2.putText(picture, item.text, place, cv2.FONT_HERSHEY_SIMPLEX, scale, (0, 0, 0), 3, cv2.LINE_AA)
+    cv2.putText(
+        picture, item.text, place, cv2.FONT_HERSHEY_SIMPLEX, scale, (0, 0, 0), 3, cv2.LINE_AA
+    )
     cv2.putText(picture, item.text, place, cv2.FONT_HERSHEY_SIMPLEX, scale, colour, 1, cv2.LINE_AA)
 
 
@@ -102,7 +104,7 @@ def _points(shape: Shape) -> Array:
         other = circle[:, :2] @ np.array([[0.7071, -0.7071, 0.0], [0.0, 0.0, 1.0]])
         return np.concatenate([*rings, slanted, other])
     if shape is Shape.CYLINDER:
-        return np.concatenate([circle + (0.0, 0.0, z) for z in (-0.5, 0.5)])
+        return np.concatenate([np.add(circle, (0.0, 0.0, z)) for z in (-0.5, 0.5)])
     corners = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
     if shape is Shape.CUBE:
         return corners

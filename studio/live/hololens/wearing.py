@@ -14,7 +14,7 @@ from devices.hub.server import Hub
 from scenes.package import ScenePackage
 from studio.console.rows import Row
 from studio.live.hololens.figures import simulated_rows, worn_rows
-from studio.live.hololens.simulated import SimulatedHeadset
+from studio.live.hololens.simulated.headset import SimulatedHeadset
 from studio.live.hololens.worn import WornHeadset, WornPlan
 from studio.live.rehearsed import RehearsedLive
 
@@ -50,9 +50,8 @@ class Wearing:
             rows += simulated_rows(self.simulated.figures, true_poses)
         return rows
 
-
     def save(self, folder: Path) -> None:
-        """Write the room's mesh with what the headset has added, and what a simulated one showed."""
+        """Write the room's mesh with what the headset added, and what a simulated one showed."""
         self.worn.save_mesh(folder)
         if self.simulated is not None:
             self.simulated.save_view(folder / VIEW_FILE)
@@ -88,9 +87,7 @@ def worn_for(
     """
     if plan is not None:
         return Wearing(WornHeadset(plan, scene, clock=clock, hub=hub))
-    simulated = stack.enter_context(
-        SimulatedHeadset(scene_name, seed=seed, clock=clock, say=say)
-    )
+    simulated = stack.enter_context(SimulatedHeadset(scene_name, seed=seed, clock=clock, say=say))
     worn = WornHeadset(simulated.plan(name=name), scene, clock=clock, hub=hub)
     middle = np.append(np.mean(np.asarray(scene.footprint_m), axis=0), HEIGHT_M)
     simulated.measure(worn, middle=middle)

@@ -18,8 +18,9 @@ def picture(corners=CORNERS):
     square = np.float32([[0, 0], [side, 0], [side, side], [0, side]]) + quiet
     turn = cv2.getPerspectiveTransform(square - 0.5, np.float32(corners) * fine - 0.5)
     ground = np.full((428 * fine, 760 * fine), 120, np.uint8)
-    drawn = cv2.warpPerspective(printed, turn, ground.shape[::-1], ground, cv2.INTER_AREA,
-                                borderMode=cv2.BORDER_TRANSPARENT)
+    drawn = cv2.warpPerspective(
+        printed, turn, ground.shape[::-1], ground, cv2.INTER_AREA, borderMode=cv2.BORDER_TRANSPARENT
+    )
     small = cv2.resize(drawn, (760, 428), interpolation=cv2.INTER_AREA)
     return cv2.GaussianBlur(small, (0, 0), 0.6)
 
@@ -38,5 +39,6 @@ def test_a_known_code_is_found_where_it_is_expected_without_reading():
     reader = CodeReader(frozenset({"room:1"}))
     reader.find(picture(), {})
     found = reader.find(picture(CORNERS + 5.3), {"room:1": CORNERS + 4.8})
-    assert len(found) == 1 and np.abs(found[0].corners_px - CORNERS - 5.3).max() < 0.1
+    assert len(found) == 1
+    assert np.abs(found[0].corners_px - CORNERS - 5.3).max() < 0.1
     assert reader.find(np.full((428, 760), 120, np.uint8), {"room:1": CORNERS}) == []

@@ -30,9 +30,11 @@ def after(known, pose, t_s):
 
 def test_it_begins_and_stays_with_what_agrees():
     known, agreed = after(Followed(), TRUE, 0.0)
-    assert agreed == (True,) and agrees(known.belief, seen_at(TRUE))
+    assert agreed == (True,)
+    assert agrees(known.belief, seen_at(TRUE))
     known, agreed = after(known, TRUE, 0.1)
-    assert agreed == (True,) and known.pictures == 2
+    assert agreed == (True,)
+    assert known.pictures == 2
 
 
 def test_without_points_nothing_happens():
@@ -43,10 +45,12 @@ def test_without_points_nothing_happens():
 def test_one_contradiction_changes_nothing_and_many_do():
     known, _ = after(Followed(), TRUE, 0.0)
     known, agreed = after(known, MOVED, 0.1)
-    assert agreed == (False,) and known.restarts == 0
+    assert agreed == (False,)
+    assert known.restarts == 0
     for k in range(CONVINCED_PICTURES + 1):
         known, agreed = after(known, MOVED, 0.2 + 0.1 * k)
-    assert known.restarts == 1 and agrees(known.belief, seen_at(MOVED))
+    assert known.restarts == 1
+    assert agrees(known.belief, seen_at(MOVED))
 
 
 def test_contradictions_that_disagree_with_each_other_never_convince():

@@ -29,7 +29,10 @@ def upright(yaw_deg, place):
     return Pose.from_yaw(math.radians(yaw_deg), place) @ WORLD_FROM_BOARD_FACING_X
 
 
-CODES = (QrCode("a", 0.24, upright(0, (-2, 0, 1.5))), QrCode("b", 0.24, upright(30, (-1.8, -1.2, 1.4))))
+CODES = (
+    QrCode("a", 0.24, upright(0, (-2, 0, 1.5))),
+    QrCode("b", 0.24, upright(30, (-1.8, -1.2, 1.4))),
+)
 PLAN = OriginPlan(CODES, "camera", 0.12)
 CAMERA_CODE = upright(20, (-1.2, 0.7, 1.1))
 
@@ -77,9 +80,12 @@ def test_two_codes_give_the_origin_within_its_own_sigmas():
     for seed in range(4):
         origin = Walker(seed).walk()
         mm, degrees = error(origin)
-        assert mm < 5.0 and degrees < 0.2
-        assert mm < 3e3 * origin.sigma_m and degrees < 3 * math.degrees(origin.sigma_rad)
-        assert origin.seen and not origin.moved
+        assert mm < 5.0
+        assert degrees < 0.2
+        assert mm < 3e3 * origin.sigma_m
+        assert degrees < 3 * math.degrees(origin.sigma_rad)
+        assert origin.seen
+        assert not origin.moved
 
 
 def test_one_code_is_enough_to_begin_and_is_known_to_be_less():
@@ -91,7 +97,8 @@ def test_one_code_is_enough_to_begin_and_is_known_to_be_less():
 
 def test_before_the_first_code_there_is_no_origin():
     origin = Walker().walk(only=set(), pictures=2)
-    assert origin.world_from_device is None and math.isinf(origin.sigma_m)
+    assert origin.world_from_device is None
+    assert math.isinf(origin.sigma_m)
     assert expected_corners(origin, PLAN, CAMERA, Pose.identity()) == {}
 
 

@@ -210,9 +210,7 @@ class LiveRun:
         self.choice = choice
         self._bench.announce(Topic.SESSION)
 
-    def use(
-        self, setup: LiveSetup, *, is_simulated: bool = False, wears: bool = False
-    ) -> None:
+    def use(self, setup: LiveSetup, *, is_simulated: bool = False, wears: bool = False) -> None:
         """Ask for the devices of a file or of a command line."""
         from studio.live.setup import address_text, layout_text
 

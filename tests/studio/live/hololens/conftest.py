@@ -42,7 +42,11 @@ class FakeHeadset:
 
     def __init__(self, plan=None, clock=None):
         self.plan = plan or HeadsetPlan("127.0.0.1")
-        self.videos, self.bodies, self.meshes = FakeSubscription(), FakeSubscription(), FakeSurfaces()
+        self.videos, self.bodies, self.meshes = (
+            FakeSubscription(),
+            FakeSubscription(),
+            FakeSurfaces(),
+        )
         self.drawn = []
         self.events = []
         self.is_closed = False
@@ -80,14 +84,32 @@ def scanned_package():
     mesh = CollisionMesh(corners.astype(np.float32), index.reshape(-1, 3).astype(np.int32))
     splats = SplatCloud(
         np.zeros((1, 3), np.float32), np.full((1, 3), 0.05, np.float32),
-        np.array([[1, 0, 0, 0]], np.float32), np.ones(1, np.float32), np.zeros((1, 1, 3), np.float32),
+        np.array([[1, 0, 0, 0]], np.float32), np.ones(1, np.float32),
+        np.zeros((1, 1, 3), np.float32),
     )  # fmt: skip
     parts = (BoxPart(Pose.from_yaw(0.0, (0, 0, 0.1)), (0.1, 0.1, 0.1)),)
-    carton = ObjectModel("carton-1", "carton", "carton", splats, (0.2, 0.2, 0.2), 0.0,
-                         Pose.from_yaw(0.2, (0.1, 0.1, 0.0)), parts, 1.0)
+    carton = ObjectModel(
+        "carton-1",
+        "carton",
+        "carton",
+        splats,
+        (0.2, 0.2, 0.2),
+        0.0,
+        Pose.from_yaw(0.2, (0.1, 0.1, 0.0)),
+        parts,
+        1.0,
+    )
     code = QrCode("room:1", 0.24, Pose.from_yaw(0.0, (-2, 0, 1.5)) @ WORLD_FROM_BOARD_FACING_X)
-    return ScenePackage("box", splats, (carton,), (code,), Pose.identity(),
-                        np.array([[-2.0, -2.0], [2.0, 2.0]]), None, collision=mesh)
+    return ScenePackage(
+        "box",
+        splats,
+        (carton,),
+        (code,),
+        Pose.identity(),
+        np.array([[-2.0, -2.0], [2.0, 2.0]]),
+        None,
+        collision=mesh,
+    )
 
 
 @pytest.fixture

@@ -17,7 +17,8 @@ def test_an_avatar_is_the_wearer_in_the_room(sample_of):
     avatar = avatar_of(one, WORLD_FROM_DEVICE, user_id="hololens", name="Ana")
     assert (avatar.user_id, avatar.role, avatar.name) == ("hololens", "local", "Ana")
     assert np.allclose(avatar.world_from_head.translation, WORLD_FROM_DEVICE @ [0, 0, 1.6])
-    assert len(avatar.hands) == 1 and avatar.hands[0].shape == (25, 3)
+    assert len(avatar.hands) == 1
+    assert avatar.hands[0].shape == (25, 3)
     assert np.allclose(avatar.gaze[1] - avatar.gaze[0], WORLD_FROM_DEVICE.rotation @ [0, 1, 0])
 
 

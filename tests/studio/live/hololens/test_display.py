@@ -23,16 +23,22 @@ from studio.live.hololens.display import MET, PROPOSED, STATE_COLOURS, Seen, ite
 DEVICE_FROM_WORLD = Pose.from_yaw(0.6, (0.5, -0.2, -1.4))
 MODEL = SimpleNamespace(box_m=(0.4, 0.5, 0.8), name="chair")
 HEAD = look_at(np.array([1.0, 1.0, 1.6]), np.array([0.0, 0.0, 1.4]))
-QUEST = Avatar("p1", "remote", HEAD, (np.zeros((25, 3)), np.ones((1, 3))),
-               np.array([[1.0, 1, 1.3], [0.2, 0.1, 0.2]]), "Bea")
+QUEST = Avatar(
+    "p1",
+    "remote",
+    HEAD,
+    (np.zeros((25, 3)), np.ones((1, 3))),
+    np.array([[1.0, 1, 1.3], [0.2, 0.1, 0.2]]),
+    "Bea",
+)
 
 
 def seen(met=frozenset(), eye=None):
     return Seen(DEVICE_FROM_WORLD, {"chair-1": MODEL}, met, "hololens", eye)
 
 
-def items(state=SceneState(), avatars=(), **how):
-    return items_of(state, avatars, seen(**how))
+def items(state=None, avatars=(), **how):
+    return items_of(state or SceneState(), avatars, seen(**how))
 
 
 def track(state=TrackState.TRACKED):
@@ -78,7 +84,8 @@ def test_a_proposal_turns_green_once_it_is_met():
     before, after = items(state), items(state, met=frozenset({"p1/a"}))
     assert {item.colour for item in before.values()} == {PROPOSED}
     assert {item.colour for item in after.values()} == {MET}
-    assert "chair" in before["proposal:p1/a:words"].text and "Bea" in before["proposal:p1/a:words"].text
+    assert "chair" in before["proposal:p1/a:words"].text
+    assert "Bea" in before["proposal:p1/a:words"].text
 
 
 @pytest.mark.parametrize("shape", ["box", "sphere", "cylinder", "arrow"])
@@ -97,19 +104,25 @@ def test_lines_are_what_is_left_out_of_too_much():
         annotations={"l": Annotation("l", "p1", wild, (1, 1, 1))}, objects={"chair-1": track()}
     )
     found = items(state, [QUEST])
-    assert len(found) == MAX_ITEMS and "person:p1:head" in found and "object:chair-1:edge11" in found
+    assert len(found) == MAX_ITEMS
+    assert "person:p1:head" in found
+    assert "object:chair-1:edge11" in found
 
 
 def test_what_hardly_moves_stays_the_very_same():
     state = SceneState(objects={"chair-1": track()})
     before = items(state)
     trembling = items_of(
-        state, (), Seen(Pose.from_yaw(0.6001, (0.5001, -0.2, -1.4)), {"chair-1": MODEL}, frozenset(), "h")
+        state,
+        (),
+        Seen(Pose.from_yaw(0.6001, (0.5001, -0.2, -1.4)), {"chair-1": MODEL}, frozenset(), "h"),
     )
     kept = steadied(before, trembling)
     assert all(kept[name] is before[name] for name in before)
     moved = items_of(
-        state, (), Seen(Pose.from_yaw(0.6, (0.51, -0.2, -1.4)), {"chair-1": MODEL}, frozenset(), "h")
+        state,
+        (),
+        Seen(Pose.from_yaw(0.6, (0.51, -0.2, -1.4)), {"chair-1": MODEL}, frozenset(), "h"),
     )
     assert not any(steadied(before, moved)[name] is before[name] for name in before)
     label = {"a": Label("x", Pose.identity())}

@@ -25,11 +25,15 @@ def test_a_list_is_sent_when_something_has_changed(headset):
     made = drawing(headset, pose)
     line = Annotation("l", "p1", np.array([[0.0, 0, 1], [1, 0, 1]]), (1, 0, 0))
     made.publish(SceneState(annotations={"l": line}))
-    assert not made.once() and headset.drawn == []
+    assert not made.once()
+    assert headset.drawn == []
     pose["now"] = Pose.identity()
-    assert made.once() and not made.once()
-    assert list(headset.drawn[0]) == ["line:l:part0"] and made.count == 1
+    assert made.once()
+    assert not made.once()
+    assert list(headset.drawn[0]) == ["line:l:part0"]
+    assert made.count == 1
     pose["now"] = Pose.from_yaw(0.0, (0.1, 0.0, 0.0))
     assert made.once()
     made.publish(SceneState())
-    assert made.once() and headset.drawn[-1] == {}
+    assert made.once()
+    assert headset.drawn[-1] == {}

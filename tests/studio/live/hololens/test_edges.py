@@ -23,14 +23,16 @@ def test_a_rod_reaches_from_one_point_to_the_other():
 def test_z_is_turned_anywhere():
     for direction in np.vstack([np.eye(3), -np.eye(3), [[0.6, 0.0, 0.8]]]):
         turn = rotation_to(direction)
-        assert np.allclose(turn @ [0, 0, 1], direction) and np.allclose(turn @ turn.T, np.eye(3))
+        assert np.allclose(turn @ [0, 0, 1], direction)
+        assert np.allclose(turn @ turn.T, np.eye(3))
 
 
 def test_an_outline_has_twelve_edges_around_the_box():
     made = outline(Pose.identity(), (0.4, 0.6, 0.8), width_m=0.004, colour=WHITE)
     assert len(made) == len(EDGES) == 12
     corners = np.array([end for solid in made.values() for end in ends(solid)])
-    assert np.allclose(corners.min(0), [-0.2, -0.3, 0.0]) and np.allclose(corners.max(0), [0.2, 0.3, 0.8])
+    assert np.allclose(corners.min(0), [-0.2, -0.3, 0.0])
+    assert np.allclose(corners.max(0), [0.2, 0.3, 0.8])
 
 
 def test_a_straight_line_of_many_points_is_one_rod_and_a_bent_one_more():
@@ -39,7 +41,9 @@ def test_a_straight_line_of_many_points_is_one_rod_and_a_bent_one_more():
     angle = np.linspace(0, np.pi, 100)
     bent = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
     kept = simplified(bent, 0.003)
-    assert 8 < len(kept) < 40 and kept[0] == 0 and kept[-1] == 99
+    assert 8 < len(kept) < 40
+    assert kept[0] == 0
+    assert kept[-1] == 99
 
 
 def test_a_line_that_grows_keeps_its_parts():

@@ -14,7 +14,9 @@ class Inner:
         self.published, self.shown = [], []
 
     def take(self):
-        return Arrived(avatars=(Avatar("p1", "remote", Pose.identity()),), events=(("joined", "x"),))
+        return Arrived(
+            avatars=(Avatar("p1", "remote", Pose.identity()),), events=(("joined", "x"),)
+        )
 
     def publish(self, state):
         self.published.append(state)
@@ -57,15 +59,18 @@ def test_states_and_pictures_go_to_all():
     everybody, seen = people(inner, None)
     everybody.publish(SceneState())
     everybody.show("s", b"")
-    assert len(inner.published) == len(seen) == 1 and inner.shown == ["s"]
+    assert len(inner.published) == len(seen) == 1
+    assert inner.shown == ["s"]
 
 
 def test_a_hub_shows_the_wearer_once_it_is_known_where_they_are(sample_of):
     hub, one = Hub(), sample_of()
     show_to(hub, one, None, name="Ana")
-    assert hub.met[1] == WEARER and hub.met[0][0].body == b""
+    assert hub.met[1] == WEARER
+    assert hub.met[0][0].body == b""
     show_to(hub, one, Pose.identity(), name="Ana")
     (shown,), _ = hub.met
-    assert shown.person.name == "Ana" and np.isfinite(decode_body(shown.body).ray).all()
+    assert shown.person.name == "Ana"
+    assert np.isfinite(decode_body(shown.body).ray).all()
     assert wearer_now(None, Pose.identity(), name="") is None
     assert wearer_now(one, Pose.identity(), name="Ana").name == "Ana"

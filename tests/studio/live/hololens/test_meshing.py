@@ -27,7 +27,10 @@ def plate(z, *, half=0.4, count=9, version=1, name="a"):
 @pytest.fixture
 def meshing(scanned_package, headset):
     found = Meshing(
-        headset.meshes, scanned_package, world_from_device=lambda: WORLD_FROM_DEVICE, clock=ManualClock()
+        headset.meshes,
+        scanned_package,
+        world_from_device=lambda: WORLD_FROM_DEVICE,
+        clock=ManualClock(),
     )
     found.begin()
     return found
@@ -39,18 +42,21 @@ def height(meshing, at=(0.0, 0.0, 1.0)):
 
 def test_what_the_scan_has_already_changes_nothing(meshing):
     meshing.take(plate(0.02), WORLD_FROM_DEVICE)
-    assert meshing.status().changes == 0 and meshing.status().surfaces == 1
+    assert meshing.status().changes == 0
+    assert meshing.status().surfaces == 1
     assert meshing.whole().faces.shape == meshing._scene.collision.faces.shape
 
 
 def test_a_new_table_stops_things_and_goes_again(meshing, tmp_path):
     meshing.take(plate(0.6), WORLD_FROM_DEVICE)
     assert abs(height(meshing) - 0.6) < 0.02
-    assert len(meshing.hidden.faces) > 0 and meshing.save(tmp_path / "mesh.glb")
+    assert len(meshing.hidden.faces) > 0
+    assert meshing.save(tmp_path / "mesh.glb")
     meshing.take(plate(0.6 + 0.002, version=2), WORLD_FROM_DEVICE)
     assert meshing.status().changes == 1  # a mesh trembles
     meshing.take(SurfaceGone("a", 0), WORLD_FROM_DEVICE)
-    assert abs(height(meshing)) < 0.02 and not len(meshing.hidden.faces)
+    assert abs(height(meshing)) < 0.02
+    assert not len(meshing.hidden.faces)
     assert not meshing.save(tmp_path / "none.glb")
 
 

@@ -21,11 +21,13 @@ def seen(world_from_code, *, sigma=0.001, restarts=0):
 
 def test_its_place_on_the_camera_is_learnt_once_both_are_known():
     known, moved = rig_code_after(RigCode(), seen(RIG @ CODE), None)
-    assert known.rig_from_code is None and moved is None
+    assert known.rig_from_code is None
+    assert moved is None
     known, moved = rig_code_after(known, seen(RIG @ CODE, sigma=0.1), RIG)
     assert known.rig_from_code is None
     known, moved = rig_code_after(known, seen(RIG @ CODE), RIG)
-    assert np.allclose(known.rig_from_code.matrix(), CODE.matrix()) and moved is None
+    assert np.allclose(known.rig_from_code.matrix(), CODE.matrix())
+    assert moved is None
 
 
 def test_a_camera_that_was_moved_is_where_its_code_is():
@@ -36,7 +38,9 @@ def test_a_camera_that_was_moved_is_where_its_code_is():
     known, moved = rig_code_after(known, seen(elsewhere @ CODE, restarts=1), RIG)
     assert np.allclose(moved.matrix(), elsewhere.matrix())
     assert rig_code_after(known, seen(elsewhere @ CODE, restarts=1), RIG)[1] is None
-    assert is_apart(moved, RIG) and not is_apart(RIG, RIG) and is_apart(RIG, None)
+    assert is_apart(moved, RIG)
+    assert not is_apart(RIG, RIG)
+    assert is_apart(RIG, None)
 
 
 def test_without_a_code_nothing_is_known():

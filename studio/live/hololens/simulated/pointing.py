@@ -32,6 +32,10 @@ DWELL_S = 1.6
 LEG_Z_M = 0.2
 """Height of the place on a leg, metres: clear of the floor, below the seat."""
 
+SETTLED_NS, SAID_NS = 400_000_000, 100_000_000
+"""Time after the ray's turn to a leg from which it is where it stays, and time between two places
+of it that are said, nanoseconds."""
+
 ARRIVED_M = 0.06
 """Distance from the place at which the ray's end counts as seen there: legs are farther apart."""
 
@@ -149,18 +153,12 @@ class Pointer:
                     ms = (now_ns - aimed_ns) / 1e6
                     self._say({"event": "pointed", "ms": ms, "object": aim[0]})
                 before = aim
-            if is_there and shown is not None and now_ns - said_ns > 100_000_000:
-                if now_ns - aimed_ns > 0.4e9:
-                    said_ns = now_ns
-                    self._say(
-                        {
-                            "event": "seen",
-                            "perf_ns": now_ns,
-                            "object": aim[0],
-                            "at": shown.tolist(),
-                            "leg": self._legs[aim[0]].tolist(),
-                        }
-                    )
+            is_settled = now_ns - aimed_ns > SETTLED_NS and now_ns - said_ns > SAID_NS
+            if is_there and shown is not None and is_settled:
+                said_ns = now_ns
+                leg = self._legs[aim[0]].tolist()
+                said = {"event": "seen", "perf_ns": now_ns, "object": aim[0], "leg": leg}
+                self._say({**said, "at": shown.tolist()})
 
     def _shown_at(self, near: Floats) -> Floats | None:
         """Return where the end of a ray is truly seen in the room: of several, the nearest."""

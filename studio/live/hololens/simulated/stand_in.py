@@ -1,9 +1,9 @@
 """A simulated HoloLens and a remote person who points, as a process: JSON lines of what truly is.
 
-`python -m studio.live.hololens.stand_in lab --seed 0` prints its ports, then four times a second the
-true clock and the true place of its world. A line `join URL CODE [ROOT.pem]` on its standard input
-lets somebody join that hub who points at legs of objects; it says how long each took to be seen on
-the headset, and where. It ends with its input.
+`python -m studio.live.hololens.simulated.stand_in lab --seed 0` prints its ports, then four times a
+second the true clock and the true place of its world. A line `join URL CODE [ROOT.pem]` on its
+input lets somebody join that hub who points at legs of objects; it says how long each took to be
+seen on the headset, and where. It ends with its input.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from sim.hololens.faults import read_hololens_faults
 from sim.hololens.holograms import Hologram
 from sim.hololens.simulator import Simulator, SimulatorPlan
 from sim.hololens.wearer import Stroller
-from studio.live.hololens.pointing import Pointer, leg_of
+from studio.live.hololens.simulated.pointing import Pointer, leg_of
 
 EVERY_S = 0.25
 """Seconds between two lines of truth."""
@@ -41,8 +41,8 @@ FAULTS = (
     "slide:at=5,for=3600,size=0.0002",
     *(f"box:at={at},for=10" for at in range(20, 1000, 20)),
 )
-"""Faults of the usual headset: a network's jitter, a clock that is off by 50 ppm, a world that slides
-by a centimetre in 50 s, and a box that somebody puts into the room and takes away again."""
+"""Faults of the usual headset: a network's jitter, a clock that is off by 50 ppm, a world that
+slides by a centimetre in 50 s, and a box that somebody puts there and takes away again."""
 
 
 def main(words: Sequence[str]) -> int:

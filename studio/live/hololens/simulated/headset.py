@@ -1,4 +1,4 @@
-"""A simulated HoloLens in a live session, in a process of its own, and the figures that it gives."""
+"""A simulated HoloLens in a live session, in a process of its own, and what it is held against."""
 
 from __future__ import annotations
 
@@ -16,8 +16,7 @@ import numpy as np
 from devices.clock import Clock
 from devices.hololens.display_list import Item, Label, Shape, Solid
 from devices.hololens.display_orders import UNIT_SIZES
-from devices.hololens.plan import HeadsetPlan
-from devices.hololens.plan import Ports
+from devices.hololens.plan import HeadsetPlan, Ports
 from devices.hub.server import Hub
 from scenes.package.records import pose_from_json
 from scenes.pose import rotation_angle
@@ -40,7 +39,7 @@ LAST_WORDS = 20
 """Lines of what it says on stderr that are kept."""
 
 SETTLED_NS = 10_000_000_000
-"""Session time from the first answer after which the clock is held against the truth, as promised."""
+"""Session time from the first answer after which the clock is held against the truth."""
 
 CAMERA_CODE, CAMERA_CODE_M = "nexus:camera", 0.10
 """Code on the simulated 360° camera, and its side."""
@@ -65,9 +64,7 @@ class SimulatedHeadset:
         ValueError: the scene is no built-in room.
     """
 
-    def __init__(
-        self, scene: str, *, seed: int, clock: Clock, say: Callable[[str], None]
-    ) -> None:
+    def __init__(self, scene: str, *, seed: int, clock: Clock, say: Callable[[str], None]) -> None:
         if scene not in SAMPLE_NAMES:
             raise ValueError(
                 f"--simulated --hololens: {scene!r} is no built-in room; wanted one of "
@@ -89,7 +86,7 @@ class SimulatedHeadset:
     def __enter__(self) -> SimulatedHeadset:
         words = [self._scene, "--seed", str(self._seed)]
         self._process = ChildProcess(
-            module_command("studio.live.hololens.stand_in", *words),
+            module_command("studio.live.hololens.simulated.stand_in", *words),
             stdin=subprocess.PIPE,
             heard=self._hear,
             last_words=LAST_WORDS,
