@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from devices.clock import WallClock
-from devices.hololens.video_stream import VideoStream, is_keyframe, video_request
+from devices.hololens.camera.stream import VideoStream, is_keyframe, video_request
 from devices.hololens.wire.packets import Packet
 from devices.hololens.wire.personal_video import Profile, VideoTrailer, encode_trailer
 from devices.hololens.wire.taking import WireError
