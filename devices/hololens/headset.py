@@ -8,6 +8,7 @@ from typing import Protocol, TypeVar
 from devices.adapter import Sink
 from devices.clock import Clock
 from devices.hololens.body import Body
+from devices.hololens.camera.video import Video
 from devices.hololens.configuration import Configuration
 from devices.hololens.display import Display
 from devices.hololens.display_list import DisplayList
@@ -22,7 +23,6 @@ from devices.hololens.values import (
     StreamStatus,
     SurfaceChange,
 )
-from devices.hololens.video import Video
 from devices.hololens.wire.remote_configuration import Request, Values
 from devices.messages import EncodedFrame, Event
 

@@ -97,9 +97,12 @@ def test_packets():
     assert packets.encode_packet(packets.Packet(987_654_321_012, b"hello", pose)) == data
     found = packets.read_packet(FromMemory(data), has_pose=True, max_bytes=5)
     assert (found.ticks, found.payload) == (987_654_321_012, b"hello")
-    assert found.pose is not None and found.pose[3, 0] == 13.0 and found.is_located
+    assert found.pose is not None
+    assert found.pose[3, 0] == 13.0
+    assert found.is_located
     bare = packets.read_packet(FromMemory(data), has_pose=False, max_bytes=5)
-    assert bare.pose is None and not bare.is_located
+    assert bare.pose is None
+    assert not bare.is_located
     with pytest.raises(WireError, match="5, limit 4"):
         packets.read_packet(FromMemory(data), has_pose=True, max_bytes=4)
 
@@ -146,19 +149,25 @@ def test_calibrations():
     numbers = [float(k) for k in range(52)]
     data = le("52f", *numbers)
     found = video_formats.read_calibration(FromMemory(data))
-    assert found.focal.tolist() == [0, 1] and found.principal.tolist() == [2, 3]
-    assert found.radial.tolist() == [4, 5, 6] and found.tangential.tolist() == [7, 8]
-    assert found.projection[0, 0] == 9 and found.extrinsics[3, 3] == 40
+    assert found.focal.tolist() == [0, 1]
+    assert found.principal.tolist() == [2, 3]
+    assert found.radial.tolist() == [4, 5, 6]
+    assert found.tangential.tolist() == [7, 8]
+    assert found.projection[0, 0] == 9
+    assert found.extrinsics[3, 3] == 40
     assert found.frame_intrinsics.tolist() == [41, 42, 43, 44]
     assert found.frame_extrinsics.tolist() == [45, 46, 47, 48, 49, 50, 51]
     assert video_formats.encode_calibration(found) == data
 
 
 def test_raw_pictures_have_rows_of_64_bytes():
-    assert video_formats.raw_stride(760) == 768 and video_formats.raw_stride(1920) == 1920
+    assert video_formats.raw_stride(760) == 768
+    assert video_formats.raw_stride(1920) == 1920
     nv12 = np.arange(6 * 4, dtype=np.uint8).reshape(6, 4)
     data = video_formats.encode_raw(nv12)
-    assert len(data) == 64 * 6 and data[:4] == bytes([0, 1, 2, 3]) and data[64] == 4
+    assert len(data) == 64 * 6
+    assert data[:4] == bytes([0, 1, 2, 3])
+    assert data[64] == 4
     assert np.array_equal(video_formats.read_raw(data, 4, 4), nv12)
     with pytest.raises(WireError, match="wanted 384"):
         video_formats.read_raw(data[:-1], 4, 4)
@@ -176,7 +185,8 @@ def test_spatial_input():
     assert len(data) == 1936
     found = spatial_input.read_input(data)
     assert found.valid == Valid.HEAD | Valid.LEFT
-    assert found.head[0].tolist() == [0, 1, 2] and found.head[2].tolist() == [6, 7, 8]
+    assert found.head[0].tolist() == [0, 1, 2]
+    assert found.head[2].tolist() == [6, 7, 8]
     assert found.eyes[1].tolist() == [23, 24, 25]
     assert found.left["orientation"][2].tolist() == [2, 3, 4, 5]
     assert found.left["position"][2].tolist() == [6, 7, 8]
@@ -242,7 +252,8 @@ def test_meshes_and_their_numbers():
     data = header + vertices + indices + normals
     mesh = surface_mesh.read_mesh(FromMemory(data))
     assert (mesh.index, mesh.status, mesh.scale) == (7, MeshStatus.OK, (2.0, 3.0, 4.0))
-    assert mesh.pose[3].tolist() == [13, 14, 15, 16] and mesh.bounds == tuple(bounds)
+    assert mesh.pose[3].tolist() == [13, 14, 15, 16]
+    assert mesh.bounds == tuple(bounds)
     assert surface_mesh.encode_mesh(mesh) == data
     numbers = surface_mesh.numbers_of(mesh, MeshRequest(GUID))
     wanted = [[2, 0, 0], [0, 3 * 16384 / 32767, 0], [0, 0, -4]]
@@ -254,7 +265,8 @@ def test_meshes_and_their_numbers():
 def test_a_mesh_that_is_not_there_has_no_body():
     data = le("5I", 1, 1, 0, 0, 0) + le("3f16f10f", *[0.0] * 29)
     mesh = surface_mesh.read_mesh(FromMemory(data + b"next"))
-    assert mesh.status is MeshStatus.UNKNOWN_ID and mesh.vertices == b""
+    assert mesh.status is MeshStatus.UNKNOWN_ID
+    assert mesh.vertices == b""
     assert len(surface_mesh.encode_mesh(MeshReply(1, MeshStatus.UNKNOWN_ID))) == 136
 
 
@@ -364,7 +376,9 @@ ORDERS = [
 ]
 
 
-@pytest.mark.parametrize("order, number, body", ORDERS, ids=lambda v: getattr(v, "command", None))
+@pytest.mark.parametrize(
+    ("order", "number", "body"), ORDERS, ids=lambda v: getattr(v, "command", None)
+)
 def test_message_queue(order, number, body):
     data = le("2I", number, len(body)) + body
     assert message_queue.encode_order(order) == data
@@ -375,7 +389,8 @@ def test_results_and_keys():
     assert message_queue.encode_result(101) == le("I", 101)
     assert message_queue.encode_result(-7) == le("i", -7)
     assert message_queue.read_result(FromMemory(le("i", -7))) == 0xFFFFFFF9
-    assert message_queue.key_of(0xFFFFFFF9) == -7 and message_queue.key_of(101) == 101
+    assert message_queue.key_of(0xFFFFFFF9) == -7
+    assert message_queue.key_of(101) == 101
     with pytest.raises(WireError, match="result 0"):
         message_queue.key_of(0)
 
@@ -403,7 +418,7 @@ WHOLE = [
 ]
 
 
-@pytest.mark.parametrize("read, data", WHOLE)
+@pytest.mark.parametrize(("read", "data"), WHOLE)
 def test_every_message_cut_at_every_byte_is_cut_short(read, data):
     for end in range(len(data)):
         with pytest.raises(CutShortError):
