@@ -87,10 +87,12 @@ def measure_walk(
         pictures += 1
         begun = now_ns()
         pose = picture.device_from_camera
-        expected = expected_corners(origin, plan, picture.camera, pose)
+        expected = expected_corners(origin, plan, camera=picture.camera, device_from_camera=pose)
         found = tuple(reader.find(picture.grey, expected))
-        origin = origin_after(origin, CodePicture(picture.t_ns, picture.camera, pose, found), plan)
-        origin = shown_at(origin, picture.t_ns, plan)
+        origin = origin_after(
+            origin, CodePicture(picture.t_ns, picture.camera, pose, found), plan=plan
+        )
+        origin = shown_at(origin, picture.t_ns, plan=plan)
         took.append((now_ns() - begun) / 1e6)
         seen += bool(found)
         ever |= set(origin.seen)

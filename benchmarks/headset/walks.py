@@ -1,4 +1,4 @@
-"""What a headset films while its wearer walks about a physical room, with exact truth."""
+"""Films of a headset whose wearer walks about a physical room, with exact truth."""
 
 from __future__ import annotations
 

@@ -48,6 +48,12 @@ VERBS = (
         "nexus bench raster --json",
     ),
     Verb(
+        "bench headset",
+        "benchmarks.verbs.bench_headset",
+        "measure the shared origin of a headset that is walked about",
+        "nexus bench headset --walks 5",
+    ),
+    Verb(
         "bench studio",
         "benchmarks.verbs.bench_studio",
         "measure the window: opening, drawing, answering, seeking, what a kill costs",

@@ -9,7 +9,6 @@ import threading
 from collections import Counter
 from collections.abc import Callable, Iterable
 from dataclasses import replace
-from itertools import chain
 from typing import Any
 
 from devices.hub.attendance import Attendance, Guest, Visit
@@ -81,7 +80,6 @@ class Session:
         self._say = say
         self._attendance, self._board, self._inbox = Attendance(), Board(), Inbox()
         self._others = Others()
-        self._met: dict[str, tuple[Elsewhere, ...]] = {}
         self._door = Admission(self._attendance, codes, tokens, max_people)
         self._state, self._pen = SceneState(), Pen()
         self._lines_of_refusals = refusal_lines(now_ns)
@@ -244,8 +242,7 @@ class Session:
 
     def meet(self, others: Iterable[Elsewhere], now_ns: int, *, way: str = "sites") -> None:
         """Show people who are in the session another way: these, and nobody else by that way."""
-        self._met[way] = tuple(others)
-        if self._others.take(chain.from_iterable(self._met.values()), self.bodies):
+        if self._others.take(others, self.bodies, way=way):
             self._tell_people(now_ns)
 
     def take(self) -> Arrived:

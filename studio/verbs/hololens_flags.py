@@ -7,6 +7,13 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+    from contextlib import ExitStack
+
+    from devices.clock import Clock
+    from devices.hub.server import Hub
+    from scenes.package import ScenePackage
+    from studio.live.hololens.wearing import Wearing
     from studio.live.hololens.worn import WornPlan
     from studio.live.setup import LiveSetup
 
@@ -69,4 +76,36 @@ def worn_of(args: argparse.Namespace) -> WornPlan | None:
         name=args.wearer,
         code=args.camera_code,
         code_side_m=args.camera_code_side,
+    )
+
+
+def wearing_of(
+    args: argparse.Namespace,
+    setup: LiveSetup,
+    *,
+    scene: ScenePackage,
+    clock: Clock,
+    hub: Hub | None,
+    stack: ExitStack,
+    say: Callable[[str], None],
+) -> Wearing | None:
+    """Return the local user's headset, real or simulated; None without one.
+
+    Raises:
+        ValueError: it cannot be simulated in this room.
+    """
+    from studio.live.hololens.wearing import worn_for
+
+    if setup.hololens is None and args.hololens is None:
+        return None
+    return worn_for(
+        setup.hololens,
+        scene,
+        scene_name=args.scene,
+        seed=args.seed,
+        clock=clock,
+        hub=lambda: hub,
+        stack=stack,
+        say=say,
+        name=args.wearer,
     )

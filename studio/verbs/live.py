@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scenes.workers.task import Task
-from studio.verbs.hololens_flags import add_hololens_flags, with_hololens
+from studio.verbs.hololens_flags import add_hololens_flags, wearing_of, with_hololens
 from studio.verbs.people_flags import add_people_flags, hosting_of, sharing_of
 from studio.verbs.result_flags import add_result_flags, check_free, next_free
 
@@ -166,7 +166,7 @@ def _headless(args: argparse.Namespace) -> int:
     with ExitStack() as stack:
         hub = _hub(args, scene, clock=clock, stack=stack, tokens=tokens)
         setup = setup_of(args)
-        wearing = _wearing(args, setup, scene, clock=clock, hub=hub, stack=stack)
+        wearing = wearing_of(args, setup, scene=scene, clock=clock, hub=hub, stack=stack, say=_say)
         session = LiveSession(
             args.scene,
             scene,
@@ -196,7 +196,7 @@ def _headless(args: argparse.Namespace) -> int:
         if crowd is not None:
             rows += crowd.rows()
         if wearing is not None:
-            rows += wearing.rows(rehearsed)
+            rows += wearing.rows(() if rehearsed is None else rehearsed.true_poses())
             wearing.save(out)
     path = write_report(out, result, rows, scene=args.scene, checks=checks)
     return _print_figures(args, rows, report=path, failure=result.recording_failure)
@@ -230,33 +230,6 @@ def _rehearsed(
     )
     rehearsed.wait_for_stream(_say)
     return rehearsed
-
-
-def _wearing(
-    args: argparse.Namespace,
-    setup: LiveSetup,
-    scene: ScenePackage,
-    *,
-    clock: Clock,
-    hub: Hub | None,
-    stack: ExitStack,
-) -> Wearing | None:
-    """Return the local user's headset, real or simulated; None without one."""
-    from studio.live.hololens.wearing import worn_for
-
-    if setup.hololens is None and args.hololens is None:
-        return None
-    return worn_for(
-        setup.hololens,
-        scene,
-        scene_name=args.scene,
-        seed=args.seed,
-        clock=clock,
-        hub=lambda: hub,
-        stack=stack,
-        say=_say,
-        name=args.wearer,
-    )
 
 
 def _print_figures(

@@ -59,7 +59,7 @@ class CodeReader:
         for payload, corners_px in expected.items():
             symbol = self._symbols.get(payload)
             if symbol is not None:
-                seen = _measured(grey, symbol, corners_px, was_read=False)
+                seen = _measured(grey, symbol, start_px=corners_px, was_read=False)
                 if seen is not None:
                     found[payload] = seen
         self._since_read += 1
@@ -82,14 +82,14 @@ class CodeReader:
                 continue
             if payload in self._symbols or len(self._symbols) < MAX_SYMBOLS:
                 self._symbols[payload] = symbol
-            seen = _measured(grey, symbol, candidate.corners_px, was_read=True)
+            seen = _measured(grey, symbol, start_px=candidate.corners_px, was_read=True)
             if seen is not None:
                 found.append(seen)
         return found
 
 
 def _measured(
-    grey: NDArray[np.uint8], symbol: Symbol, start_px: Floats, *, was_read: bool
+    grey: NDArray[np.uint8], symbol: Symbol, *, start_px: Floats, was_read: bool
 ) -> SeenCode | None:
     """Return a code whose corners could be measured."""
     outcome = measure_code("picture", grey, symbol, start_px, was_read=was_read)

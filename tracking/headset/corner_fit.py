@@ -106,7 +106,7 @@ def distance(belief: Belief, seen: SeenPoints) -> float:
 
     Infinite where one is expected behind the camera.
     """
-    parts = _linearised(belief, belief.a_from_b, seen)
+    parts = _linearised(belief, belief.a_from_b, seen=seen)
     if parts is None:
         return float("inf")
     left, slope, noise = parts
@@ -120,7 +120,7 @@ def updated(belief: Belief, seen: SeenPoints) -> Belief | None:
     information = np.linalg.inv(belief.covariance)
     normal = information
     for _ in range(STEPS):
-        parts = _linearised(belief, belief.moved(change), seen)
+        parts = _linearised(belief, belief.moved(change), seen=seen)
         if parts is None:
             return None
         left, slope, noise = parts
@@ -137,11 +137,11 @@ def updated(belief: Belief, seen: SeenPoints) -> Belief | None:
 
 def spread_px2(belief: Belief, seen: SeenPoints) -> Floats | None:
     """Return (2N, 2N) px² by which a belief alone spreads points; None behind the camera."""
-    parts = _linearised(belief, belief.a_from_b, seen)
+    parts = _linearised(belief, belief.a_from_b, seen=seen)
     return None if parts is None else parts[1] @ belief.covariance @ parts[1].T
 
 
-def poses_of_square(camera: Pinhole, corners_px: Floats, side_m: float) -> list[Pose]:
+def poses_of_square(camera: Pinhole, corners_px: Floats, *, side_m: float) -> list[Pose]:
     """Return the poses `camera_from_code` of a square that explain its corners, best first.
 
     A small square that is seen from afar has two: it may lean either way.
@@ -185,7 +185,7 @@ def crosses(vectors: Floats) -> Floats:
 
 
 def _linearised(
-    belief: Belief, a_from_b: Pose, seen: SeenPoints
+    belief: Belief, a_from_b: Pose, *, seen: SeenPoints
 ) -> tuple[Floats, Floats, Floats] | None:
     """Return residuals (2N,), their slope (2N, 6) and noise (2N, 2N); None behind the camera."""
     camera_from_b = seen.camera_from_a @ a_from_b

@@ -87,8 +87,8 @@ def agrees(belief: Belief, seen: SeenPoints) -> bool:
 def follow(
     known: Followed,
     seen: Sequence[SeenPoints],
-    t_ns: int,
     *,
+    t_ns: int,
     first: Belief | None,
     wander: Wander,
 ) -> tuple[Followed, tuple[bool, ...]]:
@@ -116,7 +116,7 @@ def follow(
             count = known.pictures + 1
             return Followed(belief, None, count, known.restarts, t_ns), agreed
         return replace(known, belief=expected), agreed
-    rival = _rival(known.rival, seen, t_ns, first=first, wander=wander)
+    rival = _rival(known.rival, seen, t_ns=t_ns, first=first, wander=wander)
     if rival is not None and rival.is_convincing:
         count = known.restarts + 1
         return Followed(rival.belief, None, rival.pictures, count, t_ns), (True,) * len(seen)
@@ -126,8 +126,8 @@ def follow(
 def _rival(
     known: Rival | None,
     seen: Sequence[SeenPoints],
-    t_ns: int,
     *,
+    t_ns: int,
     first: Belief | None,
     wander: Wander,
 ) -> Rival | None:

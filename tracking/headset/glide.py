@@ -1,4 +1,4 @@
-"""What is shown of a pose that is estimated anew: it glides there, and never jumps."""
+"""Shown pose of one that is estimated anew: it glides there, and never jumps."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Glide:
     t_ns: int
 
 
-def glided(known: Glide | None, wanted: Pose, t_ns: int, *, about: np.ndarray) -> Glide:
+def glided(known: Glide | None, wanted: Pose, *, t_ns: int, about: np.ndarray) -> Glide:
     """Return what is shown at a later time of a pose `b_from_a` that is wanted.
 
     Args:
@@ -48,14 +48,17 @@ def glided(known: Glide | None, wanted: Pose, t_ns: int, *, about: np.ndarray) -
     turn = wanted.rotation @ known.shown.rotation.T
     way = wanted @ about - known.shown @ about
     length, angle = float(np.linalg.norm(way)), rotation_angle(turn)
-    share = min(_share(length, SPEED_M_PER_S, passed_s), _share(angle, SPEED_RAD_PER_S, passed_s))
+    share = min(
+        _share(length, SPEED_M_PER_S, passed_s=passed_s),
+        _share(angle, SPEED_RAD_PER_S, passed_s=passed_s),
+    )
     vector = np.asarray(cv2.Rodrigues(turn)[0], dtype=np.float64).ravel()
     rotation = rotation_from_vector(share * vector) @ known.shown.rotation
     place = known.shown @ about + share * way
     return Glide(Pose(rotation, place - rotation @ about), t_ns)
 
 
-def _share(left: float, speed: float, passed_s: float) -> float:
+def _share(left: float, speed: float, *, passed_s: float) -> float:
     """Return the share of what is left that is gone in some seconds, at most all of it."""
     if left < 1e-9:
         return 1.0

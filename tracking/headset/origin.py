@@ -41,7 +41,7 @@ FIRST_TILT_RAD, FIRST_YAW_RAD, FIRST_SHIFT_M = math.radians(0.5), math.radians(2
 """Standard deviations of the first pose about level axes, about the vertical, and of its place: a
 headset knows what is level, and of the rest only what its first picture of one code shows."""
 
-LEAST_TURN_RAD, LEAST_SHIFT_M = math.radians(0.03), 0.001
+MIN_TURN_RAD, MIN_SHIFT_M = math.radians(0.03), 0.001
 """Standard deviations about and along each axis below which no origin is known: what the codes'
 own poses in a scan are off by."""
 
@@ -49,7 +49,7 @@ MOVED_AFTER = 12
 """Pictures in a row in which a code contradicts others that agree, after which it is left out: it
 was moved since the scan."""
 
-LEAST_PICTURE_SHARE = 0.02
+PICTURE_MARGIN = 0.02
 """Margin of a picture, of its width, in which a code is not expected: it may be cut off."""
 
 MAX_LEAN_RAD = math.radians(8.0)
@@ -72,7 +72,7 @@ class OriginPlan:
 
     @property
     def payloads(self) -> frozenset[str]:
-        """What all of them say."""
+        """Texts of all of them."""
         return frozenset(code.payload for code in self.codes) | ({self.carried} - {""})
 
     @property
@@ -127,14 +127,14 @@ class Origin:
     def sigma_m(self) -> float:
         """Standard deviation of its place at the codes; infinite before the first."""
         belief = self.anchor.belief
-        floor = math.sqrt(3.0) * LEAST_SHIFT_M
+        floor = math.sqrt(3.0) * MIN_SHIFT_M
         return math.inf if belief is None else math.hypot(belief.sigma_shift_m, floor)
 
     @property
     def sigma_rad(self) -> float:
         """Standard deviation of its direction; infinite before the first."""
         belief = self.anchor.belief
-        floor = math.sqrt(3.0) * LEAST_TURN_RAD
+        floor = math.sqrt(3.0) * MIN_TURN_RAD
         return math.inf if belief is None else math.hypot(belief.sigma_turn_rad, floor)
 
     @property
@@ -144,7 +144,7 @@ class Origin:
 
 
 def expected_corners(
-    known: Origin, plan: OriginPlan, camera: Pinhole, device_from_camera: Pose
+    known: Origin, plan: OriginPlan, *, camera: Pinhole, device_from_camera: Pose
 ) -> dict[str, Floats]:
     """Return (4, 2) px by payload of the codes that a picture should show."""
     belief = known.anchor.belief
@@ -155,7 +155,7 @@ def expected_corners(
     if plan.carried and known.carried.belief is not None:
         places[plan.carried] = (known.carried.belief.a_from_b, plan.carried_side_m)
     found: dict[str, Floats] = {}
-    margin = LEAST_PICTURE_SHARE * camera.width_px
+    margin = PICTURE_MARGIN * camera.width_px
     for payload, (world_from_code, side_m) in places.items():
         camera_from_code = camera_from_world @ world_from_code
         if float(camera_from_code.rotation[:, 2] @ camera_from_code.translation) >= 0.0:
@@ -167,7 +167,7 @@ def expected_corners(
     return found
 
 
-def origin_after(known: Origin, picture: CodePicture, plan: OriginPlan) -> Origin:
+def origin_after(known: Origin, picture: CodePicture, *, plan: OriginPlan) -> Origin:
     """Return the origin after one more picture.
 
     Args:
@@ -175,32 +175,34 @@ def origin_after(known: Origin, picture: CodePicture, plan: OriginPlan) -> Origi
         picture: the codes that it shows.
         plan: which codes there are.
     """
-    known = _anchored(known, picture, plan)
-    return _carried(known, picture, plan) if plan.carried else known
+    known = _anchored(known, picture, plan=plan)
+    return _carried(known, picture, plan=plan) if plan.carried else known
 
 
-def shown_at(known: Origin, t_ns: int, plan: OriginPlan) -> Origin:
+def shown_at(known: Origin, t_ns: int, *, plan: OriginPlan) -> Origin:
     """Return the origin with what is shown of it at a later time."""
     belief = known.anchor.belief
     if belief is None:
         return known
-    return replace(known, glide=glided(known.glide, belief.a_from_b, t_ns, about=plan.middle))
+    return replace(known, glide=glided(known.glide, belief.a_from_b, t_ns=t_ns, about=plan.middle))
 
 
-def _anchored(known: Origin, picture: CodePicture, plan: OriginPlan) -> Origin:
+def _anchored(known: Origin, picture: CodePicture, *, plan: OriginPlan) -> Origin:
     by_payload = {code.payload: code for code in plan.codes}
     left_out = set(known.moved)
     codes = [code for code in picture.codes if code.payload in by_payload]
     used = [code for code in codes if code.payload not in left_out]
-    seen = [_in_world(code, by_payload[code.payload], picture) for code in codes]
+    seen = [_in_world(code, by_payload[code.payload], picture=picture) for code in codes]
     camera_from_device = picture.device_from_camera.inverse()
     points = [replace(one, camera_from_a=camera_from_device) for one in seen]
     kept = [k for k, code in enumerate(codes) if code in used]
-    first = _first_anchor([(codes[k], by_payload[codes[k].payload]) for k in kept], picture, plan)
+    first = _first_anchor(
+        [(codes[k], by_payload[codes[k].payload]) for k in kept], picture, plan=plan
+    )
     anchor, agreed = follow(
         known.anchor,
         [points[k] for k in kept],
-        picture.t_ns,
+        t_ns=picture.t_ns,
         first=first,
         wander=ANCHOR_WANDER,
     )
@@ -214,21 +216,21 @@ def _anchored(known: Origin, picture: CodePicture, plan: OriginPlan) -> Origin:
     return replace(known, anchor=anchor, contradicted=MappingProxyType(contradicted), seen=names)
 
 
-def _in_world(seen: SeenCode, code: QrCode, picture: CodePicture) -> SeenPoints:
+def _in_world(seen: SeenCode, code: QrCode, *, picture: CodePicture) -> SeenPoints:
     corners = code.world_from_code @ code_corners(code.side_m)
     nowhere = Pose.identity()
     return SeenPoints(picture.camera, nowhere, corners, seen.corners_px, seen.sigma_px)
 
 
 def _first_anchor(
-    codes: Sequence[tuple[SeenCode, QrCode]], picture: CodePicture, plan: OriginPlan
+    codes: Sequence[tuple[SeenCode, QrCode]], picture: CodePicture, *, plan: OriginPlan
 ) -> Belief | None:
     """Return a level pose from the largest code of one picture."""
     if not codes:
         return None
     seen, code = max(codes, key=lambda pair: float(np.ptp(pair[0].corners_px, axis=0).sum()))
     best: tuple[float, Pose] | None = None
-    for camera_from_code in poses_of_square(picture.camera, seen.corners_px, code.side_m):
+    for camera_from_code in poses_of_square(picture.camera, seen.corners_px, side_m=code.side_m):
         device_from_code = picture.device_from_camera @ camera_from_code
         device_from_world = device_from_code @ code.world_from_code.inverse()
         lean = math.acos(float(np.clip(device_from_world.rotation[2, 2], -1.0, 1.0)))
@@ -244,13 +246,13 @@ def _first_anchor(
     return Belief(device_from_world, np.diag(sigmas**2), plan.middle, picture.t_ns)
 
 
-def _carried(known: Origin, picture: CodePicture, plan: OriginPlan) -> Origin:
+def _carried(known: Origin, picture: CodePicture, *, plan: OriginPlan) -> Origin:
     anchor = known.anchor.belief
     seen = next((code for code in picture.codes if code.payload == plan.carried), None)
     if anchor is None or seen is None:
         return known
     camera_from_world = picture.device_from_camera.inverse() @ anchor.a_from_b
-    poses = poses_of_square(picture.camera, seen.corners_px, plan.carried_side_m)
+    poses = poses_of_square(picture.camera, seen.corners_px, side_m=plan.carried_side_m)
     if not poses:
         return known
     first = poses[0]
@@ -273,6 +275,6 @@ def _carried(known: Origin, picture: CodePicture, plan: OriginPlan) -> Origin:
     sigmas = np.repeat((FIRST_YAW_RAD, FIRST_SHIFT_M), 3)
     belief = Belief(world_from_code, np.diag(sigmas**2), np.zeros(3), picture.t_ns)
     carried, _agreed = follow(
-        known.carried, [points], picture.t_ns, first=belief, wander=CARRIED_WANDER
+        known.carried, [points], t_ns=picture.t_ns, first=belief, wander=CARRIED_WANDER
     )
     return replace(known, carried=carried)

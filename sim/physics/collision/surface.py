@@ -108,7 +108,7 @@ def rescanned(surface: Surface, region_m: Array, triangles: Array) -> Change:
     for cell, more in _by_cell(added, grid).items():
         pieces[cell] = np.concatenate([pieces[cell], more]) if cell in pieces else more
         touched.add(cell)
-    return _changed(surface, pieces, touched)
+    return _changed(surface, pieces, touched=touched)
 
 
 def exchanged(surface: Surface, cells: Mapping[Cell, Array]) -> Change:
@@ -124,7 +124,7 @@ def exchanged(surface: Surface, cells: Mapping[Cell, Array]) -> Change:
         pieces.pop(cell, None)
         if len(content):
             pieces[cell] = content
-    return _changed(surface, pieces, set(cells))
+    return _changed(surface, pieces, touched=set(cells))
 
 
 def pieces_of(triangles: Array, grid: Grid) -> dict[Cell, Array]:
@@ -132,7 +132,7 @@ def pieces_of(triangles: Array, grid: Grid) -> dict[Cell, Array]:
     return _by_cell(cut_at_grid(grid.from_world(triangles.reshape(-1, 3, 3)), grid.cell_m), grid)
 
 
-def _changed(surface: Surface, pieces: Mapping[Cell, Array], touched: set[Cell]) -> Change:
+def _changed(surface: Surface, pieces: Mapping[Cell, Array], *, touched: set[Cell]) -> Change:
     """The surface with other pieces in the touched cells."""
     grid = surface.grid
     again = [pieces[cell] for cell in sorted(touched) if cell in pieces]

@@ -102,7 +102,7 @@ def with_surface(
             f"surface {surface_id}: {len(triangles)} triangles, wanted at most {MAX_TRIANGLES}, "
             "all finite; the headset meshes too finely"
         )
-    new = pieces_of(_unknown(known, triangles, movables), surface.grid)
+    new = pieces_of(_unknown(known, triangles, movables=movables), surface.grid)
     new = {cell: content for cell, content in new.items() if _area_m2(content) >= MIN_PIECE_M2}
     old = known.own.get(surface_id, {})
     changed = [cell for cell in old.keys() | new.keys() if _differs(old.get(cell), new.get(cell))]
@@ -127,7 +127,7 @@ def hidden_mesh(known: Meshed, surface: Surface) -> CollisionMesh:
     return _mesh(np.concatenate(pieces) if pieces else np.zeros((0, 3, 3)), surface)
 
 
-def whole_mesh(known: Meshed, surface: Surface, scanned: CollisionMesh) -> CollisionMesh:
+def whole_mesh(known: Meshed, surface: Surface, *, scanned: CollisionMesh) -> CollisionMesh:
     """Return the scan's own mesh and what the headset has added to it."""
     more = hidden_mesh(known, surface)
     return CollisionMesh(
@@ -146,7 +146,7 @@ def _mesh(pieces: Array, surface: Surface) -> CollisionMesh:
 
 
 def _unknown(
-    known: Meshed, triangles: Array, movables: Sequence[tuple[PhysicalObject, Pose]]
+    known: Meshed, triangles: Array, *, movables: Sequence[tuple[PhysicalObject, Pose]]
 ) -> Array:
     """Return the triangles that neither the scan has nor an object is."""
     if not len(triangles):

@@ -122,7 +122,7 @@ class Anchoring:
     def device_from_world(self) -> Pose | None:
         """Return the room's origin in the headset's world as it is shown now; None before."""
         with self._lock:
-            self._origin = shown_at(self._origin, self._clock.now_ns(), self._plan)
+            self._origin = shown_at(self._origin, self._clock.now_ns(), plan=self._plan)
             glide = self._origin.glide
         return None if glide is None else glide.shown
 
@@ -179,7 +179,9 @@ class Anchoring:
         device_from_camera = frame.world_from_camera
         if device_from_camera is None:
             return
-        expected = expected_corners(self._origin, self._plan, frame.camera, device_from_camera)
+        expected = expected_corners(
+            self._origin, self._plan, camera=frame.camera, device_from_camera=device_from_camera
+        )
         grey = np.ascontiguousarray(frame.picture.y)
         codes = tuple(self._reader.find(grey, expected))
         if not codes:
@@ -187,7 +189,7 @@ class Anchoring:
         picture = CodePicture(frame.t_ns, frame.camera, device_from_camera, codes)
         with self._lock:
             before = self._origin
-            self._origin = after = origin_after(before, picture, self._plan)
+            self._origin = after = origin_after(before, picture, plan=self._plan)
         self._tell(before, after)
 
     def _tell(self, before: Origin, after: Origin) -> None:

@@ -13,6 +13,7 @@ FIRST_S = 4.0
 """Seconds that a headset may take to send its first data: it starts its camera first."""
 
 POLL_S = 0.05
+"""Seconds between two looks at the headset."""
 
 MIN_VIDEO_HZ, MIN_BODY_HZ = 10.0, 20.0
 """Rates below which codes are missed while the wearer turns, and hands are seen to jump."""
@@ -23,14 +24,15 @@ LOW_PERCENT = 20.0
 Sleep = Callable[[float], None]
 
 START = "start the hl2ss program on the headset, allow its camera and eye tracking there"
+"""Remedy where nothing comes."""
 
 
 def headset_checks(worn: WornHeadset, *, sleep: Sleep = time.sleep) -> Mapping[str, Probe]:
     """Return the checks of a headset, by name."""
     return {
         "headset": lambda: _connected(worn, sleep),
-        "headset video": lambda: _rate(worn, StreamName.VIDEO, MIN_VIDEO_HZ, sleep),
-        "headset hands": lambda: _rate(worn, StreamName.BODY, MIN_BODY_HZ, sleep),
+        "headset video": lambda: _rate(worn, StreamName.VIDEO, least_hz=MIN_VIDEO_HZ, sleep=sleep),
+        "headset hands": lambda: _rate(worn, StreamName.BODY, least_hz=MIN_BODY_HZ, sleep=sleep),
         "headset origin": lambda: _origin(worn, sleep),
         **({"headset battery": lambda: _battery(worn)} if _battery_of(worn) is not None else {}),
     }
@@ -51,7 +53,7 @@ def _connected(worn: WornHeadset, sleep: Sleep) -> Check:
     return Check(name, "PASS", f"{host}: program {version or 'of unknown version'}{known}")
 
 
-def _rate(worn: WornHeadset, stream: StreamName, least_hz: float, sleep: Sleep) -> Check:
+def _rate(worn: WornHeadset, stream: StreamName, *, least_hz: float, sleep: Sleep) -> Check:
     name = {StreamName.VIDEO: "headset video", StreamName.BODY: "headset hands"}[stream]
     _wait(lambda: _is_sending(worn, stream), sleep)
     status = _stream(worn, stream)

@@ -106,7 +106,7 @@ class Seen:
     eye: Floats | None = None
 
 
-def items_of(state: SceneState, avatars: Iterable[Avatar], seen: Seen) -> dict[str, Item]:
+def items_of(state: SceneState, avatars: Iterable[Avatar], *, seen: Seen) -> dict[str, Item]:
     """Return what is to be on the display, by name: of more than fits, lines are left out first.
 
     Args:
@@ -118,15 +118,15 @@ def items_of(state: SceneState, avatars: Iterable[Avatar], seen: Seen) -> dict[s
     for number, avatar in enumerate(sorted(avatars, key=lambda each: each.user_id)):
         if avatar.user_id != seen.wearer:
             colour = PERSON_COLOURS[number % len(PERSON_COLOURS)]
-            _put(found, f"person:{avatar.user_id}", _person(avatar, colour, seen))
+            _put(found, f"person:{avatar.user_id}", parts=_person(avatar, colour, seen=seen))
     for key, proposal in state.proposals.items():
-        _put(found, f"proposal:{key}", _proposal(proposal, seen))
+        _put(found, f"proposal:{key}", parts=_proposal(proposal, seen))
     for key, track in state.objects.items():
-        _put(found, f"object:{key}", _object(track, seen))
+        _put(found, f"object:{key}", parts=_object(track, seen))
     for key, primitive in state.primitives.items():
-        _put(found, f"primitive:{key}", _primitive(primitive, seen))
+        _put(found, f"primitive:{key}", parts=_primitive(primitive, seen))
     for key, line in state.annotations.items():
-        _put(found, f"line:{key}", _line(line, seen))
+        _put(found, f"line:{key}", parts=_line(line, seen))
     return found
 
 
@@ -139,13 +139,13 @@ def steadied(before: Mapping[str, Item], now: Mapping[str, Item]) -> dict[str, I
     return found
 
 
-def _put(found: dict[str, Item], prefix: str, parts: Mapping[str, Item | None]) -> None:
+def _put(found: dict[str, Item], prefix: str, *, parts: Mapping[str, Item | None]) -> None:
     for name, item in parts.items():
         if item is not None and len(found) < MAX_ITEMS:
             found[f"{prefix}:{name}"] = item
 
 
-def _person(avatar: Avatar, colour: Colour, seen: Seen) -> dict[str, Item | None]:
+def _person(avatar: Avatar, colour: Colour, *, seen: Seen) -> dict[str, Item | None]:
     device_from_head = seen.device_from_world @ avatar.world_from_head
     visor = device_from_head @ Pose(np.eye(3), np.array(VISOR_AT_M))
     parts: dict[str, Item | None] = {
@@ -165,7 +165,7 @@ def _person(avatar: Avatar, colour: Colour, seen: Seen) -> dict[str, Item | None
         parts["ray-end"] = Solid(Shape.SPHERE, ball, (RAY_END_M, RAY_END_M, RAY_END_M), colour)
     if avatar.name:
         above = device_from_head.translation + np.array([0.0, 0.0, NAME_ABOVE_M])
-        parts["name"] = _label(avatar.name, above, colour, seen)
+        parts["name"] = _label(avatar.name, above, colour=colour, seen=seen)
     return parts
 
 
@@ -174,7 +174,7 @@ def _shown(count: int) -> Sequence[int]:
     return [number for number in SHOWN_JOINTS if number < count]
 
 
-def _label(text: str, place: Floats, colour: Colour, seen: Seen) -> Label:
+def _label(text: str, place: Floats, *, colour: Colour, seen: Seen) -> Label:
     """Return words above something, turned to the wearer in steps."""
     yaw = 0.0
     if seen.eye is not None:
@@ -205,7 +205,7 @@ def _proposal(proposal: Proposal, seen: Seen) -> Mapping[str, Item | None]:
     above = pose @ np.array([0.0, 0.0, model.box_m[2] + 0.08])
     by = f" ({proposal.user_name})" if proposal.user_name else ""
     words = f"{model.name}: {'it stands here' if is_met else 'here, please'}{by}"
-    parts["words"] = _label(words, above, colour, seen)
+    parts["words"] = _label(words, above, colour=colour, seen=seen)
     return parts
 
 

@@ -97,7 +97,7 @@ class Drawing:
             state.proposals.values(), poses, models=self._models, symmetry_of_kind={}
         )
         seen = Seen(device_from_world, self._models, met, self._wearer, self._eye())
-        items = steadied(self._shown, items_of(state, self._people(state), seen))
+        items = steadied(self._shown, items_of(state, self._people(state), seen=seen))
         is_new = items.keys() != self._shown.keys() or any(
             self._shown[name] is not item for name, item in items.items()
         )

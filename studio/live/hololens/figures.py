@@ -30,6 +30,9 @@ MESH_BAR_MS = 200.0
 POINT_BAR_MS, POINT_BAR_CM = 150.0, 2.0
 """From a remote person's pointing to the local user's seeing it, and how far beside the leg."""
 
+TruePoses = Sequence[tuple[int, Mapping[str, Pose]]]
+"""Wall times and poses of objects, in order of time."""
+
 MAX_SEEN = 20_000
 """Places that are kept: of half an hour."""
 
@@ -53,7 +56,7 @@ class Seen:
 
 @dataclass(slots=True)
 class SimulatedFigures:
-    """What a simulated headset is held against, gathered while the session runs."""
+    """Errors and delays against the truth, gathered while the session runs."""
 
     clock_ms: Durations = field(default_factory=Durations)
     origin_mm: Durations = field(default_factory=Durations)
@@ -67,9 +70,9 @@ def worn_rows(worn: WornHeadset) -> list[Row]:
     """Return the figures that need no truth; what was not measured is left out."""
     status = worn.status()
     rows = [
-        *_p95("hololens.video_ms.p95", worn.video_delays, "ms", VIDEO_BAR_MS),
-        *_p95("hololens.hands_ms.p95", worn.body_delays, "ms", BODY_BAR_MS),
-        *_p95("hololens.mesh_update_ms.p95", worn.meshing.updates, "ms", MESH_BAR_MS),
+        *_p95("hololens.video_ms.p95", worn.video_delays, unit="ms", bar=VIDEO_BAR_MS),
+        *_p95("hololens.hands_ms.p95", worn.body_delays, unit="ms", bar=BODY_BAR_MS),
+        *_p95("hololens.mesh_update_ms.p95", worn.meshing.updates, unit="ms", bar=MESH_BAR_MS),
         Row("hololens.mesh_changes", float(status.mesh.changes), ""),
         Row("hololens.mesh_step_mm", status.mesh.largest_step_mm, "mm"),
         Row("hololens.display_items", float(status.drawn), ""),
@@ -80,9 +83,7 @@ def worn_rows(worn: WornHeadset) -> list[Row]:
     return rows
 
 
-def simulated_rows(
-    figures: SimulatedFigures, true_poses: Sequence[tuple[int, Mapping[str, Pose]]]
-) -> list[Row]:
+def simulated_rows(figures: SimulatedFigures, true_poses: TruePoses) -> list[Row]:
     """Return the figures against the truth; what was not measured is left out.
 
     Args:
@@ -98,8 +99,8 @@ def simulated_rows(
         middle = kept.percentile(50.0)
         if middle is not None:
             rows.append(at_most(name, middle, unit, bar=bar))
-            rows += _p95(f"{name}.p95", kept, unit, None)
-    rows += _p95("session.point_ms.p95", figures.point_ms, "ms", POINT_BAR_MS)
+            rows += _p95(f"{name}.p95", kept, unit=unit, bar=None)
+    rows += _p95("session.point_ms.p95", figures.point_ms, unit="ms", bar=POINT_BAR_MS)
     off_cm = beside_cm(list(figures.seen), true_poses)
     if off_cm:
         middle_cm, worst_cm = np.percentile(off_cm, (50.0, 95.0)).tolist()
@@ -108,9 +109,7 @@ def simulated_rows(
     return rows
 
 
-def beside_cm(
-    seen: Sequence[Seen], true_poses: Sequence[tuple[int, Mapping[str, Pose]]]
-) -> list[float]:
+def beside_cm(seen: Sequence[Seen], true_poses: TruePoses) -> list[float]:
     """Return how far beside the true leg each ray was seen to end, centimetres."""
     times = [wall_ns for wall_ns, _ in true_poses]
     found: list[float] = []
@@ -123,6 +122,6 @@ def beside_cm(
     return found
 
 
-def _p95(name: str, kept: Durations, unit: str, bar: float | None) -> list[Row]:
+def _p95(name: str, kept: Durations, *, unit: str, bar: float | None) -> list[Row]:
     value = kept.percentile(95.0)
     return [] if value is None else [at_most(name, value, unit, bar=bar)]

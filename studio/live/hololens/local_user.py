@@ -79,7 +79,7 @@ def wearer_now(
 
 
 def show_to(
-    hub: Meeting, sample: HeadAndHands | None, device_from_world: Pose | None, *, name: str
+    hub: Meeting, sample: HeadAndHands | None, *, device_from_world: Pose | None, name: str
 ) -> None:
     """Show the wearer to the people of a hub, or nobody while it is not known where they are."""
     person = Person(WEARER, 0, name, Role.LOCAL)

@@ -124,7 +124,7 @@ class Meshing:
 
     @property
     def hidden(self) -> CollisionMesh:
-        """What the headset alone sees: it hides what is behind it, and is not seen itself."""
+        """Mesh that the headset alone sees: it hides what is behind it, and is not seen itself."""
         return self._hidden
 
     def whole(self) -> CollisionMesh | None:
@@ -132,7 +132,7 @@ class Meshing:
         scanned, twin = self._scene.collision, self._twin
         if scanned is None or twin is None:
             return None
-        return whole_mesh(self._meshed, twin.surface, scanned)
+        return whole_mesh(self._meshed, twin.surface, scanned=scanned)
 
     def save(self, path: Path) -> bool:
         """Write that mesh as glTF; return whether there was anything to be added."""

@@ -32,7 +32,7 @@ class RigCode:
 
 
 def rig_code_after(
-    known: RigCode, origin: Origin, world_from_rig: Pose | None
+    known: RigCode, origin: Origin, *, world_from_rig: Pose | None
 ) -> tuple[RigCode, Pose | None]:
     """Return what is known of the code, and the camera's new pose where it was moved.
 

@@ -1,4 +1,4 @@
-"""What the wearer of a headset sees: its display over a picture of its camera."""
+"""View of a headset's wearer: its display over a picture of its camera."""
 
 from __future__ import annotations
 
@@ -46,14 +46,14 @@ def seen_by_wearer(frame: PersonalVideoFrame, items: Iterable[Item]) -> NDArray[
 
     for item in sorted(items, key=nearer_later):
         if isinstance(item, Label):
-            _write(shown, camera, camera_from_world, item)
+            _write(shown, camera, camera_from_world=camera_from_world, item=item)
         else:
-            _paint(shown, camera, camera_from_world, item)
+            _paint(shown, camera, camera_from_world=camera_from_world, item=item)
     return shown
 
 
 def _paint(
-    picture: NDArray[np.uint8], camera: Pinhole, camera_from_world: Pose, item: Solid
+    picture: NDArray[np.uint8], camera: Pinhole, *, camera_from_world: Pose, item: Solid
 ) -> None:
     """Fill the outline of a shape, all of which lies before the camera."""
     turned = item.world_from_item.rotation * np.asarray(item.size_m)
@@ -76,7 +76,7 @@ def _paint(
 
 
 def _write(
-    picture: NDArray[np.uint8], camera: Pinhole, camera_from_world: Pose, item: Label
+    picture: NDArray[np.uint8], camera: Pinhole, *, camera_from_world: Pose, item: Label
 ) -> None:
     """Write a text where its middle is, upright, as large as its distance makes it."""
     x, y, z = (camera_from_world @ item.world_from_item.translation).tolist()

@@ -13,10 +13,9 @@ from devices.clock import Clock
 from devices.hub.server import Hub
 from scenes.package import ScenePackage
 from studio.console.rows import Row
-from studio.live.hololens.figures import simulated_rows, worn_rows
+from studio.live.hololens.figures import TruePoses, simulated_rows, worn_rows
 from studio.live.hololens.simulated.headset import SimulatedHeadset
 from studio.live.hololens.worn import WornHeadset, WornPlan
-from studio.live.rehearsed import RehearsedLive
 
 VIEW_FILE = "headset-view.jpg"
 """Name of the last picture of the wearer's view, beside the recording."""
@@ -42,11 +41,14 @@ class Wearing:
         """Of the process that simulates it."""
         return () if self.simulated is None else (self.simulated.process_id,)
 
-    def rows(self, rehearsed: RehearsedLive | None) -> list[Row]:
-        """Return the figures, against the truth where there is one."""
+    def rows(self, true_poses: TruePoses = ()) -> list[Row]:
+        """Return the figures, against the truth where there is one.
+
+        Args:
+            true_poses: wall time and poses of objects, in order of time.
+        """
         rows = worn_rows(self.worn)
         if self.simulated is not None:
-            true_poses = [] if rehearsed is None else rehearsed.true_poses()
             rows += simulated_rows(self.simulated.figures, true_poses)
         return rows
 

@@ -171,7 +171,7 @@ class WornHeadset:
         """Take where the 360° camera's own pictures have it; say where its code has it."""
         self._world_from_rig = world_from_rig
         self._rig_code, moved = rig_code_after(
-            self._rig_code, self.anchoring.origin, world_from_rig
+            self._rig_code, self.anchoring.origin, world_from_rig=world_from_rig
         )
         if moved is not None and is_apart(moved, world_from_rig):
             self._note("camera-moved", "the 360° camera was put elsewhere, as its code shows")
@@ -243,4 +243,4 @@ class WornHeadset:
                 next_ns = now_ns + SHOW_EVERY_NS
                 with suppress(RuntimeError):  # its loop has just ended
                     pose = self.anchoring.device_from_world()
-                    show_to(hub, self._newest(), pose, name=self.plan.name)
+                    show_to(hub, self._newest(), device_from_world=pose, name=self.plan.name)

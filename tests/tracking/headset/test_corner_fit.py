@@ -31,7 +31,7 @@ def wide(pose):
 
 
 def test_a_square_has_its_pose_among_two():
-    found = poses_of_square(CAMERA, seen().pixels, 0.24)
+    found = poses_of_square(CAMERA, seen().pixels, side_m=0.24)
     assert min(rotation_angle(pose.rotation.T @ TRUE.rotation) for pose in found) < 1e-3
 
 

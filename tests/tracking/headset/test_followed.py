@@ -25,7 +25,7 @@ def seen_at(pose):
 
 
 def after(known, pose, t_s):
-    return follow(known, [seen_at(pose)], round(t_s * 1e9), first=wide(pose), wander=WANDER)
+    return follow(known, [seen_at(pose)], t_ns=round(t_s * 1e9), first=wide(pose), wander=WANDER)
 
 
 def test_it_begins_and_stays_with_what_agrees():
@@ -39,7 +39,7 @@ def test_it_begins_and_stays_with_what_agrees():
 
 def test_without_points_nothing_happens():
     known = Followed()
-    assert follow(known, [], 0, first=None, wander=WANDER) == (known, ())
+    assert follow(known, [], t_ns=0, first=None, wander=WANDER) == (known, ())
 
 
 def test_one_contradiction_changes_nothing_and_many_do():

@@ -67,7 +67,7 @@ class Walker:
         origin = origin or Origin()
         for _ in range(pictures):
             picture = self.picture(only=only)
-            origin = shown_at(origin_after(origin, picture, plan), picture.t_ns, plan)
+            origin = shown_at(origin_after(origin, picture, plan=plan), picture.t_ns, plan=plan)
         return origin
 
 
@@ -99,14 +99,16 @@ def test_before_the_first_code_there_is_no_origin():
     origin = Walker().walk(only=set(), pictures=2)
     assert origin.world_from_device is None
     assert math.isinf(origin.sigma_m)
-    assert expected_corners(origin, PLAN, CAMERA, Pose.identity()) == {}
+    assert expected_corners(origin, PLAN, camera=CAMERA, device_from_camera=Pose.identity()) == {}
 
 
 def test_codes_are_expected_where_they_are_seen():
     walker = Walker()
     origin = walker.walk()
     picture = walker.picture()
-    expected = expected_corners(origin, PLAN, picture.camera, picture.device_from_camera)
+    expected = expected_corners(
+        origin, PLAN, camera=picture.camera, device_from_camera=picture.device_from_camera
+    )
     assert set(expected) == {"a", "b", "camera"}
     for seen in picture.codes:
         assert np.abs(expected[seen.payload] - seen.corners_px).max() < 3.0

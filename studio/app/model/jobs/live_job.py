@@ -288,7 +288,8 @@ class LiveJob(SceneJob):
         if self._rehearsed is not None and not self._is_closing:
             rows += self._rehearsed.rows(result)
         if self._wearing is not None and not self._is_closing:
-            rows += self._wearing.rows(self._rehearsed)
+            rehearsed = self._rehearsed
+            rows += self._wearing.rows(() if rehearsed is None else rehearsed.true_poses())
             self._wearing.save(plan.out)
         checks = self.checks
         self.report = write_report(plan.out, result, rows, scene=plan.scene, checks=checks)

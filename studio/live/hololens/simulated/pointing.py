@@ -71,7 +71,7 @@ class Pointer:
     """
 
     def __init__(
-        self, words: Sequence[str], legs: Mapping[str, Floats], simulator: Simulator, *, say: Say
+        self, words: Sequence[str], legs: Mapping[str, Floats], *, simulator: Simulator, say: Say
     ) -> None:
         self._address = HubAddress(words[0], Path(words[2]) if len(words) > 2 else None)
         self._code, self._legs, self._simulator, self._say = words[1], legs, simulator, say

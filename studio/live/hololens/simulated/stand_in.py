@@ -67,13 +67,13 @@ def main(words: Sequence[str]) -> int:
     pointers: list[Pointer] = []
     try:
         _say({"event": "started", "ports": _ports(simulator)})
-        truth = Task("truth", lambda task: _tell_truth(simulator, clock, task)).start()
+        truth = Task("truth", lambda task: _tell_truth(simulator, clock, task=task)).start()
         chairs = [item for item in room.objects if item.kind == "chair"] or room.objects
         legs = {item.object_id: leg_of(item) for item in chairs}
         for line in sys.stdin:
             word, *rest = line.split()
             if word == "join" and len(rest) >= 2 and not pointers:
-                pointers.append(Pointer(rest, legs, simulator, say=_say))
+                pointers.append(Pointer(rest, legs, simulator=simulator, say=_say))
                 pointers[0].start()
         truth.cancel()
     finally:
@@ -94,7 +94,7 @@ def _ports(simulator: Simulator) -> dict[str, int]:
     }
 
 
-def _tell_truth(simulator: Simulator, clock: WallClock, task: Task[None]) -> None:
+def _tell_truth(simulator: Simulator, clock: WallClock, *, task: Task[None]) -> None:
     number = 0
     while not task.pause(EVERY_S):
         number += 1

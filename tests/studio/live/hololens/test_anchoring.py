@@ -73,15 +73,9 @@ def test_a_code_gives_the_origin_and_says_so(anchoring, scanned_package):
         view = look_at(eye, code.world_from_code.translation)
         anchoring.look(picture_of(code, view, number=number))
     status = anchoring.status()
-    assert (
-        status.is_known
-    )
-    assert (
-        status.codes == ("room:1",)
-    )
-    assert (
-        anchoring.noted == ["headset-anchored"]
-    )
+    assert status.is_known
+    assert status.codes == ("room:1",)
+    assert anchoring.noted == ["headset-anchored"]
     off = anchoring.device_from_world().inverse() @ DEVICE_FROM_WORLD
     assert np.linalg.norm(off.translation) < 0.03
     assert anchoring.has_codes

@@ -38,7 +38,7 @@ def seen(met=frozenset(), eye=None):
 
 
 def items(state=None, avatars=(), **how):
-    return items_of(state or SceneState(), avatars, seen(**how))
+    return items_of(state or SceneState(), avatars, seen=seen(**how))
 
 
 def track(state=TrackState.TRACKED):
@@ -115,14 +115,16 @@ def test_what_hardly_moves_stays_the_very_same():
     trembling = items_of(
         state,
         (),
-        Seen(Pose.from_yaw(0.6001, (0.5001, -0.2, -1.4)), {"chair-1": MODEL}, frozenset(), "h"),
+        seen=Seen(
+            Pose.from_yaw(0.6001, (0.5001, -0.2, -1.4)), {"chair-1": MODEL}, frozenset(), "h"
+        ),
     )
     kept = steadied(before, trembling)
     assert all(kept[name] is before[name] for name in before)
     moved = items_of(
         state,
         (),
-        Seen(Pose.from_yaw(0.6, (0.51, -0.2, -1.4)), {"chair-1": MODEL}, frozenset(), "h"),
+        seen=Seen(Pose.from_yaw(0.6, (0.51, -0.2, -1.4)), {"chair-1": MODEL}, frozenset(), "h"),
     )
     assert not any(steadied(before, moved)[name] is before[name] for name in before)
     label = {"a": Label("x", Pose.identity())}

@@ -65,10 +65,10 @@ def test_states_and_pictures_go_to_all():
 
 def test_a_hub_shows_the_wearer_once_it_is_known_where_they_are(sample_of):
     hub, one = Hub(), sample_of()
-    show_to(hub, one, None, name="Ana")
+    show_to(hub, one, device_from_world=None, name="Ana")
     assert hub.met[1] == WEARER
     assert hub.met[0][0].body == b""
-    show_to(hub, one, Pose.identity(), name="Ana")
+    show_to(hub, one, device_from_world=Pose.identity(), name="Ana")
     (shown,), _ = hub.met
     assert shown.person.name == "Ana"
     assert np.isfinite(decode_body(shown.body).ray).all()

@@ -36,5 +36,5 @@ def test_it_is_worn_anchored_and_drawn_on():
             assert time.monotonic() < deadline, wearing.worn.status()
             time.sleep(0.1)
         wearing.worn.close()
-        names = {row.name for row in wearing.rows(None)}
+        names = {row.name for row in wearing.rows()}
     assert {"hololens.video_ms.p95", "hololens.hands_ms.p95", "hololens.origin_mm"} <= names
