@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -27,6 +28,11 @@ def add_hololens_flags(parser: argparse.ArgumentParser) -> None:
         const="",
         metavar="ADDRESS",
         help="the local user wears one, at this address; with --simulated a simulated one",
+    )
+    group.add_argument(
+        "--keep-mesh",
+        action="store_true",
+        help="what it has meshed and the scan has not is written into the room's package",
     )
     group.add_argument("--wearer", default="", metavar="NAME", help="of the local user")
     group.add_argument(
@@ -109,3 +115,25 @@ def wearing_of(
         say=say,
         name=args.wearer,
     )
+
+
+def save_worn(
+    args: argparse.Namespace,
+    wearing: Wearing,
+    *,
+    scene: ScenePackage,
+    out: Path,
+    say: Callable[[str], None],
+) -> None:
+    """Write what the headset leaves behind: beside the recording, and into the room if asked for.
+
+    Raises:
+        ValueError: the room is built in, and has no folder to be written to.
+    """
+    wearing.save(out)
+    if not args.keep_mesh:
+        return
+    if not Path(args.scene).is_dir():
+        raise ValueError(f"--keep-mesh: {args.scene!r} is no package; it is in {out}")
+    if wearing.save_into(Path(args.scene), scene):
+        say(f"the headset's mesh is in {args.scene} now")

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scenes.workers.task import Task
-from studio.verbs.hololens_flags import add_hololens_flags, wearing_of, with_hololens
+from studio.verbs.hololens_flags import add_hololens_flags, save_worn, wearing_of, with_hololens
 from studio.verbs.people_flags import add_people_flags, hosting_of, sharing_of
 from studio.verbs.result_flags import add_result_flags, check_free, next_free
 
@@ -197,7 +197,7 @@ def _headless(args: argparse.Namespace) -> int:
             rows += crowd.rows()
         if wearing is not None:
             rows += wearing.rows(() if rehearsed is None else rehearsed.true_poses())
-            wearing.save(out)
+            save_worn(args, wearing, scene=scene, out=out, say=_say)
     path = write_report(out, result, rows, scene=args.scene, checks=checks)
     return _print_figures(args, rows, report=path, failure=result.recording_failure)
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from devices.clock import Clock
 from devices.hub.server import Hub
-from scenes.package import ScenePackage
+from scenes.package import ScenePackage, Stage, save_package
 from studio.console.rows import Row
 from studio.live.hololens.figures import TruePoses, simulated_rows, worn_rows
 from studio.live.hololens.simulated.headset import SimulatedHeadset
@@ -57,6 +57,27 @@ class Wearing:
         self.worn.save_mesh(folder)
         if self.simulated is not None:
             self.simulated.save_view(folder / VIEW_FILE)
+
+    def save_into(self, package: Path, scene: ScenePackage) -> bool:
+        """Write the room with what the headset has added to its collision mesh.
+
+        Args:
+            package: folder of the room.
+            scene: the room as it was opened.
+
+        Returns:
+            Whether the headset has added anything.
+
+        Raises:
+            PackageError, WriteError: it cannot be written; the room stays as it was.
+        """
+        meshing = self.worn.meshing
+        whole, added = meshing.whole(), len(meshing.hidden.faces)
+        if whole is None or not added:
+            return False
+        stage = Stage("headset mesh", f"{added} triangles that the scan had not")
+        save_package(replace(scene, collision=whole, stages=(*scene.stages, stage)), package)
+        return True
 
 
 def worn_for(

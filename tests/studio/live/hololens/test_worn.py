@@ -7,7 +7,7 @@ import pytest
 
 from devices.clock import WallClock
 from devices.hololens.plan import HeadsetPlan
-from devices.hololens.values import StreamName, StreamState, StreamStatus
+from devices.hololens.values import SpatialSurface, StreamName, StreamState, StreamStatus
 from scenes.pose import Pose
 from scenes.state import SceneState
 from studio.live.hololens import address
@@ -138,3 +138,25 @@ def test_an_address_is_a_host(text):
 def test_what_is_no_address_is_refused_with_what_it_could_be(text):
     with pytest.raises(ValueError, match="such as"):
         address.parse_host(text)
+
+
+def test_a_mesh_is_kept_with_the_room(worn, headset, scanned_package, tmp_path):
+    from scenes.package import load_package, save_package
+    from studio.live.hololens.wearing import Wearing
+
+    save_package(scanned_package, tmp_path / "room")
+    worn.meshing.begin()
+    assert not Wearing(worn).save_into(tmp_path / "room", scanned_package)
+    side = np.linspace(-0.4, 0.4, 9)
+    x, y = np.meshgrid(side, side)
+    corners = np.stack([x.ravel(), y.ravel(), np.full(x.size, 0.7)], axis=1)
+    k = np.arange(81).reshape(9, 9)
+    a, b, c, d = k[:-1, :-1].ravel(), k[:-1, 1:].ravel(), k[1:, 1:].ravel(), k[1:, :-1].ravel()
+    faces = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)]).astype(np.int32)
+    table = SpatialSurface("t", 1, 0, corners, faces, Pose.identity())
+    worn.meshing.take(table, Pose.identity())
+    assert Wearing(worn).save_into(tmp_path / "room", scanned_package)
+    again = load_package(tmp_path / "room")
+    assert len(again.collision.faces) > len(scanned_package.collision.faces)
+    assert again.stages[-1].name == "headset mesh"
+    assert worn.save_mesh(tmp_path) == tmp_path / "headset-mesh.glb"
