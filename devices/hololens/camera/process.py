@@ -30,6 +30,7 @@ from devices.hololens.values import StreamStatus
 from devices.hololens.wire.packets import read_packet
 from devices.hololens.wire.personal_video import MAX_PAYLOAD_BYTES, encode_opening, read_payload
 from devices.hololens.wire.taking import WireError
+from scenes.workers.pipes import widen
 from scenes.workers.task import Task
 
 SILENT_S = 8.0
@@ -174,4 +175,5 @@ if __name__ == "__main__":
     # Whatever prints to standard output shall not get among the pictures.
     pictures = sys.stdout.buffer
     sys.stdout = sys.stderr
+    widen(pictures.fileno())
     serve(sys.stdin.buffer, pictures)  # type: ignore[arg-type]

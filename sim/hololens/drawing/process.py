@@ -12,6 +12,7 @@ from io import BufferedIOBase
 
 import numpy as np
 
+from scenes.workers.pipes import widen
 from sim.hololens.drawing.scenery import DrawnScene, Painter, Shot
 
 
@@ -47,4 +48,5 @@ if __name__ == "__main__":
     # Whatever prints to standard output shall not get among the pictures.
     out = sys.stdout.buffer
     sys.stdout = sys.stderr
+    widen(out.fileno())
     serve(sys.stdin.buffer, out)  # type: ignore[arg-type]
