@@ -69,7 +69,7 @@ class Receiving:
         clock: any clock.
     """
 
-    def __init__(self, order: str, out: BufferedIOBase, clock: Clock) -> None:
+    def __init__(self, order: str, out: BufferedIOBase, *, clock: Clock) -> None:
         wanted = json.loads(order)
         options = VideoOptions(**wanted["options"])
         self._codec, self._sends_units = options.codec, bool(wanted["sends_units"])
@@ -78,7 +78,7 @@ class Receiving:
         self._ready = threading.Event()
         self._health = StreamHealth("video", clock)
         request = video_request(
-            options.width_px, options.height_px, options.fps, codec=options.codec
+            options.width_px, options.height_px, fps=options.fps, codec=options.codec
         )
         self._opening = encode_opening(request)
         self._stream = VideoStream(options.codec, clock, hand_out=self._hand_out)
@@ -157,7 +157,7 @@ class Receiving:
 
 def serve(orders: BufferedIOBase, out: BufferedIOBase) -> None:
     """Receive until there is an end of orders."""
-    receiving = Receiving(orders.readline().decode(), out, WallClock())
+    receiving = Receiving(orders.readline().decode(), out, clock=WallClock())
 
     def listen(_task: Task[None]) -> None:
         for line in orders:

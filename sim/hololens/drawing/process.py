@@ -35,8 +35,8 @@ def serve(orders: BufferedIOBase, pictures: BufferedIOBase) -> None:
             if painter is None or size != wanted:
                 if painter is not None:
                     painter.close()
-                painter, size = Painter(scene, *wanted), wanted
-            picture = painter.draw(shot.camera, shot.room_from_camera, shot.poses)
+                painter, size = Painter(scene, wanted[0], height_px=wanted[1]), wanted
+            picture = painter.draw(shot.camera, shot.room_from_camera, poses=shot.poses)
             pictures.write(np.ascontiguousarray(picture).data)
             pictures.flush()
     finally:

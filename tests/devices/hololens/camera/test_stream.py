@@ -88,11 +88,11 @@ def test_pictures_that_are_none_are_refused():
 
 
 def test_requests_are_the_usual_client_s():
-    request = video_request(760, 428, 30, codec="h264")
+    request = video_request(760, 428, fps=30, codec="h264")
     assert request.profile is Profile.H264_MAIN
     assert request.options == ((10, 30),)
     assert request.bitrate == 1_561_344
     assert request.level == 255
     assert request.has_pose
     with pytest.raises(ValueError, match="h264, hevc, raw"):
-        video_request(760, 428, 30, codec="mjpeg")
+        video_request(760, 428, fps=30, codec="mjpeg")
