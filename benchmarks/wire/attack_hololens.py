@@ -101,7 +101,7 @@ def attack_simulator(streams: int, first_seed: int = 0) -> HeadsetAttackCounts:
                 count = min(BATCH, streams - at)
                 for port, valid in clients:
                     for seed in range(first_seed + at, first_seed + at + count):
-                        _misbehave(port, seed, valid)
+                        _misbehave(port, seed, valid=valid)
                 crashes += not _is_served(ports.configuration)
                 first = first or resident_bytes()
         finally:
@@ -112,7 +112,7 @@ def attack_simulator(streams: int, first_seed: int = 0) -> HeadsetAttackCounts:
     return HeadsetAttackCounts(streams * len(clients), crashes + len(defects.texts), grown)
 
 
-def _misbehave(port: int, seed: int, valid: Sequence[bytes]) -> None:
+def _misbehave(port: int, seed: int, *, valid: Sequence[bytes]) -> None:
     """Send one hostile stream, read a moment, hang up."""
     with (
         suppress(OSError),

@@ -96,7 +96,7 @@ def settings() -> tuple[bytes, ...]:
 
 def body_packets() -> tuple[bytes, ...]:
     """Return what a headset sends of head and hands."""
-    sample = input_of(Stroller(0).at(1.0), Pose.identity(), nothing_seen())
+    sample = input_of(Stroller(0).at(1.0), Pose.identity(), before=nothing_seen())
     samples = (sample, nothing_seen())
     return tuple(encode_packet(Packet(5, spatial_input.encode_input(each))) for each in samples)
 
@@ -180,10 +180,10 @@ def _read_body(data: bytes) -> object:
 def _read_video(data: bytes) -> object:
     packet = read_packet(FromMemory(data), has_pose=True, max_bytes=MAX_BYTES)
     unit, trailer = personal_video.read_payload(packet.payload)
-    return camera_pose(packet), camera_of(trailer, 424, 240), len(unit)
+    return camera_pose(packet), camera_of(trailer, 424, height_px=240), len(unit)
 
 
 def _read_mesh(data: bytes) -> object:
     reply = surface_mesh.read_mesh(FromMemory(data))
     numbers = surface_mesh.numbers_of(reply, MESH)
-    return surface_of(ObservedSurface(bytes(16), 0), numbers, reply.pose, t_ns=0)
+    return surface_of(ObservedSurface(bytes(16), 0), numbers, pose=reply.pose, t_ns=0)

@@ -67,7 +67,7 @@ def camera_pose(packet: Packet) -> Pose | None:
     return WORLD_FROM_GLTF @ pose_of_rows(packet.pose) @ OPENGL_FROM_OPENCV
 
 
-def camera_of(trailer: VideoTrailer, width_px: int, height_px: int) -> Pinhole:
+def camera_of(trailer: VideoTrailer, width_px: int, *, height_px: int) -> Pinhole:
     """Return the camera that took a picture.
 
     Raises:
@@ -91,14 +91,14 @@ def head_and_hands(sample: SpatialInput, *, seq: int, t_ns: int, arrived_ns: int
             seq,
             t_ns,
             arrived_ns,
-            _head(position, forward, up) if Valid.HEAD in sample.valid else None,
+            _head(position, forward, up=up) if Valid.HEAD in sample.valid else None,
             _ray(origin, direction) if Valid.EYES in sample.valid else None,
             _hand(sample.left) if Valid.LEFT in sample.valid else None,
             _hand(sample.right) if Valid.RIGHT in sample.valid else None,
         )
 
 
-def _head(position: Floats, forward: Floats, up: Floats) -> Pose | None:
+def _head(position: Floats, forward: Floats, *, up: Floats) -> Pose | None:
     turn = WORLD_FROM_GLTF.rotation
     if not _is_near(position):
         return None
@@ -131,7 +131,7 @@ def _hand(joints: NDArray[Any]) -> HandJoints | None:
 
 
 def surface_of(
-    listed: ObservedSurface, numbers: MeshNumbers, pose: NDArray[np.float32], *, t_ns: int
+    listed: ObservedSurface, numbers: MeshNumbers, *, pose: NDArray[np.float32], t_ns: int
 ) -> SpatialSurface:
     """Return a surface.
 

@@ -1,4 +1,4 @@
-"""What is to be seen on the headset: items by name; only what changed is sent."""
+"""Items to be seen on the headset, by name; only what changed is sent."""
 
 from __future__ import annotations
 

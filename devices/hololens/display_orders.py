@@ -75,7 +75,7 @@ def update_between(shown: Mapping[str, Shown], wanted: Mapping[str, Item]) -> Up
         transform = transform_of(item)
         if name in shown and name not in gone:
             was = shown[name]
-            more = _changes(was, item, transform)
+            more = _changes(was, item, transform=transform)
             if more:
                 orders += more
                 changed[name] = Shown(was.key, item, transform)
@@ -117,7 +117,7 @@ def _making(item: Item, transform: tuple[float, ...]) -> list[Order]:
     ]
 
 
-def _changes(was: Shown, item: Item, transform: tuple[float, ...]) -> list[Order]:
+def _changes(was: Shown, item: Item, *, transform: tuple[float, ...]) -> list[Order]:
     orders: list[Order] = []
     if max(abs(a - b) for a, b in zip(was.transform, transform, strict=True)) > SAME:
         orders.append(Order(Command.SET_WORLD_TRANSFORM, (was.key, *transform)))

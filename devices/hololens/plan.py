@@ -28,7 +28,7 @@ class Ports:
 
 @dataclass(frozen=True, slots=True)
 class VideoOptions:
-    """What is asked of the headset's camera.
+    """Size, rate and codec that are asked of the headset's camera.
 
     Attributes:
         width_px: of a size that it has.

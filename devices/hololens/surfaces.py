@@ -119,7 +119,7 @@ class Surfaces:
                 continue  # it has gone meanwhile, or is asked for again
             try:
                 numbers = numbers_of(reply, request)
-                surface = surface_of(listed, numbers, reply.pose, t_ns=now_ns)
+                surface = surface_of(listed, numbers, pose=reply.pose, t_ns=now_ns)
             except WireError as error:
                 self._unreadable[listed.guid.hex()] = listed.update_time
                 self.health.damaged(str(error))

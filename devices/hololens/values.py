@@ -114,7 +114,7 @@ class HandJoints:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HeadAndHands:
-    """Where the wearer is and looks; None for what the headset does not see.
+    """Place and gaze of the wearer; None for what the headset does not see.
 
     Attributes:
         seq: counts samples from 0.

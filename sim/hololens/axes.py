@@ -33,7 +33,7 @@ def camera_rows(world_from_camera: Pose) -> Rows:
     return rows_of(WORLD_FROM_GLTF.inverse() @ world_from_camera @ OPENGL_FROM_OPENCV.inverse())
 
 
-def input_of(body: WornBody | None, world_from_room: Pose, before: SpatialInput) -> SpatialInput:
+def input_of(body: WornBody | None, world_from_room: Pose, *, before: SpatialInput) -> SpatialInput:
     """Return a sample of spatial input; what is not seen stays as it was before, not valid."""
     if body is None:
         return SpatialInput(Valid(0), before.head, before.eyes, before.left, before.right)

@@ -1,4 +1,4 @@
-"""What a simulated HoloLens shows: the stock scene behind its message queue."""
+"""Display of a simulated HoloLens: the stock scene behind its message queue."""
 
 from __future__ import annotations
 

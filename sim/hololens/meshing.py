@@ -22,7 +22,7 @@ CELL_M = 1.5
 EDGE_M = 0.3
 """Longest edge of a triangle before the room is cut: a wall is no single triangle."""
 
-LEAST_GRID_M, GROWTH = 0.04, 1.4
+MIN_GRID_M, GROWTH = 0.04, 1.4
 """Finest grid that vertices are gathered on, metres: what a headset resolves of furniture; and how
 it grows until a surface has no more triangles than were asked for."""
 
@@ -69,9 +69,9 @@ class Meshing:
         self._time = TICKS_1601 + 10_000_000
         self._surfaces: dict[str, MeshedSurface] = {}
         for name, (vertices, triangles) in _pieces(room).items():
-            self.put(name, vertices, triangles)
+            self.put(name, vertices, triangles=triangles)
 
-    def put(self, name: str, vertices_in_room_m: Array, triangles: NDArray[np.int64]) -> None:
+    def put(self, name: str, vertices_in_room_m: Array, *, triangles: NDArray[np.int64]) -> None:
         """Have a surface, or another version of it."""
         centre = vertices_in_room_m.mean(axis=0)
         guid = blake2b(name.encode(), digest_size=16).digest()
@@ -109,10 +109,10 @@ class Meshing:
         with self._lock:
             return tuple(self._surfaces.values())
 
-    def put_box(self, name: str, centre_m: Array, size_m: Array) -> None:
+    def put_box(self, name: str, centre_m: Array, *, size_m: Array) -> None:
         """Have a box as a surface of its own, in the room."""
         signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
-        self.put(name, centre_m + 0.5 * signs * size_m, BOX_TRIANGLES)
+        self.put(name, centre_m + 0.5 * signs * size_m, triangles=BOX_TRIANGLES)
 
 
 BOX_TRIANGLES = np.array(
@@ -130,18 +130,18 @@ def numbers_at(surface: MeshedSurface, triangles_per_m3: float) -> MeshNumbers:
     size = np.ptp(vertices, axis=0) if len(vertices) else np.zeros(3)
     volume = float(np.prod(np.maximum(size, 0.5)))
     most = max(12.0, triangles_per_m3 * volume) if np.isfinite(triangles_per_m3) else np.inf
-    grid_m = LEAST_GRID_M
+    grid_m = MIN_GRID_M
     for _ in range(MAX_GRIDS):
         if len(triangles) <= most:
             break
-        vertices, triangles = gathered(surface.vertices_m, surface.triangles, grid_m)
+        vertices, triangles = gathered(surface.vertices_m, surface.triangles, grid_m=grid_m)
         grid_m *= GROWTH
     normals = _normals(vertices, triangles)
     return MeshNumbers(vertices, triangles[:, ::-1].astype(np.int32), normals)
 
 
 def gathered(
-    vertices: Array, triangles: NDArray[np.int64], grid_m: float
+    vertices: Array, triangles: NDArray[np.int64], *, grid_m: float
 ) -> tuple[Array, NDArray[np.int64]]:
     """Return a mesh whose vertices within a cell of a grid are one, in their middle."""
     cells = np.floor(vertices / grid_m).astype(np.int64)
@@ -187,4 +187,4 @@ def _pieces(room: PhysicalRoom) -> dict[str, tuple[Array, NDArray[np.int64]]]:
 def _cut_up(mesh: TexturedMesh) -> tuple[Array, NDArray[np.int64]]:
     """A mesh with short edges, gathered to what a headset resolves."""
     fine = refine_mesh(mesh, max_edge_m=EDGE_M)
-    return gathered(fine.vertices, fine.faces, LEAST_GRID_M)
+    return gathered(fine.vertices, fine.faces, grid_m=MIN_GRID_M)

@@ -114,7 +114,7 @@ class Simulator:
                 )
             )
             self._display = self._opened(
-                DisplayPort((host, ports.display), self.world, self.holograms)
+                DisplayPort((host, ports.display), self.world, holograms=self.holograms)
             )
         except OSError:
             self.close()

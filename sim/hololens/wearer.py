@@ -39,7 +39,7 @@ TIPS = (Joint.THUMB_TIP, Joint.INDEX_TIP, Joint.MIDDLE_TIP, Joint.RING_TIP, Join
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WornBody:
-    """What a headset would sense of its wearer, in the room, z up.
+    """Body of a wearer as a headset senses it, in the room, z up.
 
     Attributes:
         world_from_head: OpenCV axes.

@@ -1,4 +1,4 @@
-"""What all ports of a simulated HoloLens share: its clock, its world, its wearer, its faults."""
+"""Clock, world, wearer and faults of a simulated HoloLens, which all its ports share."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ HANG_UP, STALL = HoloLensFaultKind.HANG_UP, HoloLensFaultKind.STALL
 
 @dataclass(slots=True)
 class Counts:
-    """What a port did so far."""
+    """Tally of a port."""
 
     connections: int = 0
     messages: int = 0

@@ -72,14 +72,14 @@ def run(args: argparse.Namespace) -> int:
     clock = WallClock()
     simulator = Simulator(plan, clock)
     try:
-        _say(args, "started", _about(simulator, plan, clock))
+        _say(args, "started", values=_about(simulator, plan, clock=clock))
         _wait(args, clock)
     except KeyboardInterrupt:
         pass  # the usual way to end it
     finally:
         simulator.close()
         counts = {name: asdict(each) for name, each in simulator.counts().items()}
-        _say(args, "ended", {"ports": counts, "lists": simulator.holograms.lists})
+        _say(args, "ended", values={"ports": counts, "lists": simulator.holograms.lists})
     return 0
 
 
@@ -116,7 +116,7 @@ def _targets(room: PhysicalRoom) -> tuple[tuple[float, float, float], ...]:
     return (*found, (FLOOR_LOOK_M[0], 0.0, FLOOR_LOOK_M[1]))
 
 
-def _about(simulator: Simulator, plan: SimulatorPlan, clock: Clock) -> dict[str, Any]:
+def _about(simulator: Simulator, plan: SimulatorPlan, *, clock: Clock) -> dict[str, Any]:
     since_ns = clock.now_ns() - simulator.world.began_ns
     return {
         "host": plan.host,
@@ -139,7 +139,7 @@ def _wait(args: argparse.Namespace, clock: Clock) -> None:
         time.sleep(min(WATCH_S, left_s))
 
 
-def _say(args: argparse.Namespace, event: str, values: dict[str, Any]) -> None:
+def _say(args: argparse.Namespace, event: str, *, values: dict[str, Any]) -> None:
     if args.json:
         print(json.dumps({"event": event, **values}), flush=True)
         return

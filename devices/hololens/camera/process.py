@@ -30,6 +30,7 @@ from devices.hololens.values import StreamStatus
 from devices.hololens.wire.packets import read_packet
 from devices.hololens.wire.personal_video import MAX_PAYLOAD_BYTES, encode_opening, read_payload
 from devices.hololens.wire.taking import WireError
+from scenes.workers.pipes import widen
 from scenes.workers.task import Task
 
 SILENT_S = 8.0
@@ -68,7 +69,7 @@ class Receiving:
         clock: any clock.
     """
 
-    def __init__(self, order: str, out: BufferedIOBase, clock: Clock) -> None:
+    def __init__(self, order: str, out: BufferedIOBase, *, clock: Clock) -> None:
         wanted = json.loads(order)
         options = VideoOptions(**wanted["options"])
         self._codec, self._sends_units = options.codec, bool(wanted["sends_units"])
@@ -77,7 +78,7 @@ class Receiving:
         self._ready = threading.Event()
         self._health = StreamHealth("video", clock)
         request = video_request(
-            options.width_px, options.height_px, options.fps, codec=options.codec
+            options.width_px, options.height_px, fps=options.fps, codec=options.codec
         )
         self._opening = encode_opening(request)
         self._stream = VideoStream(options.codec, clock, hand_out=self._hand_out)
@@ -156,7 +157,7 @@ class Receiving:
 
 def serve(orders: BufferedIOBase, out: BufferedIOBase) -> None:
     """Receive until there is an end of orders."""
-    receiving = Receiving(orders.readline().decode(), out, WallClock())
+    receiving = Receiving(orders.readline().decode(), out, clock=WallClock())
 
     def listen(_task: Task[None]) -> None:
         for line in orders:
@@ -174,4 +175,5 @@ if __name__ == "__main__":
     # Whatever prints to standard output shall not get among the pictures.
     pictures = sys.stdout.buffer
     sys.stdout = sys.stderr
+    widen(pictures.fileno())
     serve(sys.stdin.buffer, pictures)  # type: ignore[arg-type]

@@ -68,7 +68,8 @@ def read_picture(body: bytes, arrived_ns: int) -> DecodedVideo:
         size = shape[0] * shape[1]
         planes.append(np.frombuffer(body, np.uint8, size, at).reshape(shape))
         at += size
-    picture = StreamPicture(*planes, bool(is_full), "bt601" if is_601 else "bt709")
+    y, u, v = planes
+    picture = StreamPicture(y, u, v, bool(is_full), "bt601" if is_601 else "bt709")
     _, about = read_payload(trailer)
     return DecodedVideo(seq, Packet(ticks, b"", read_matrix(pose)), arrived_ns, about, picture)
 

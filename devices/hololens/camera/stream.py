@@ -35,7 +35,7 @@ START_CODE = b"\x00\x00\x01"
 """Begin of each part of an H.264 or HEVC picture."""
 
 
-def video_request(width_px: int, height_px: int, fps: int, *, codec: str) -> VideoRequest:
+def video_request(width_px: int, height_px: int, *, fps: int, codec: str) -> VideoRequest:
     """Return a request for a stream with poses and a keyframe a second.
 
     Raises:
@@ -44,7 +44,7 @@ def video_request(width_px: int, height_px: int, fps: int, *, codec: str) -> Vid
     profile = PROFILES.get(codec)
     if profile is None:
         raise ValueError(f"codec {codec!r}: wanted one of {', '.join(PROFILES)}")
-    bitrate = default_bitrate(width_px, height_px, fps, profile=profile)
+    bitrate = default_bitrate(width_px, height_px, fps=fps, profile=profile)
     options = ((GROUP_OPTION, fps),)
     return VideoRequest(True, width_px, height_px, fps, 1, profile, DEFAULT_LEVEL, bitrate, options)
 
@@ -133,7 +133,7 @@ class VideoStream:
         """
         data, trailer = read_payload(packet.payload)
         if self._codec == "raw":
-            nv12 = read_raw(data, trailer.width_px, trailer.height_px)
+            nv12 = read_raw(data, trailer.width_px, height_px=trailer.height_px)
             if (self._form.width_px, self._form.height_px) != (trailer.width_px, trailer.height_px):
                 size = trailer.width_px, trailer.height_px
                 self._form = StreamFormat("rawvideo", b"", *size, pixels="nv12")

@@ -28,7 +28,7 @@ class CameraSwitch:
     """
 
     def __init__(
-        self, address: tuple[str, int], clock: Clock, configuration: Configuration
+        self, address: tuple[str, int], clock: Clock, *, configuration: Configuration
     ) -> None:
         self._address, self._clock = address, clock
         self._configuration = configuration

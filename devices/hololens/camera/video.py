@@ -77,12 +77,12 @@ class Video:
         packets: Sink[EncodedFrame] | None = None,
         retry_s: float = MAX_RETRY_S,
     ) -> None:
-        video_request(options.width_px, options.height_px, options.fps, codec=options.codec)
+        video_request(options.width_px, options.height_px, fps=options.fps, codec=options.codec)
         self.frames: FanOut[PersonalVideoFrame] = FanOut()
         self.health = StreamHealth("video", clock)
         self._clock, self._options = clock, options
         self._configuration, self._packets = configuration, packets
-        self._switch = CameraSwitch(address, clock, configuration)
+        self._switch = CameraSwitch(address, clock, configuration=configuration)
         self._order = order_of(address, options, retry_s=retry_s, sends_units=packets is not None)
         self._said: StreamStatus | None = None
         self._recorded = 0
@@ -195,7 +195,7 @@ class Video:
         picture = decoded.picture
         t_ns = self._configuration.session_ns(decoded.packet.ticks)
         try:
-            camera = camera_of(decoded.trailer, picture.width_px, picture.height_px)
+            camera = camera_of(decoded.trailer, picture.width_px, height_px=picture.height_px)
             pose = camera_pose(decoded.packet)
         except WireError as error:
             self.health.damaged(str(error))

@@ -106,7 +106,7 @@ def read_order(take: Take) -> Order | UnknownOrder:
         WireError: its data are said to be larger than `MAX_DATA_BYTES`.
     """
     number, size = taken(take, COMMAND_HEADER)
-    data = take(checked_count("message queue: bytes of data", size, MAX_DATA_BYTES))
+    data = take(checked_count("message queue: bytes of data", size, most=MAX_DATA_BYTES))
     try:
         command = Command(number)
     except ValueError:

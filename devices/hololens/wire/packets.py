@@ -65,7 +65,7 @@ def read_packet(take: Take, *, has_pose: bool, max_bytes: int) -> Packet:
         WireError: the payload is said to be larger than that.
     """
     ticks, size = taken(take, PACKET_HEADER)
-    payload = take(checked_count("packet: payload bytes", size, max_bytes))
+    payload = take(checked_count("packet: payload bytes", size, most=max_bytes))
     return Packet(ticks, payload, read_matrix(take(POSE_BYTES)) if has_pose else None)
 
 

@@ -211,7 +211,7 @@ def read_opening(take: Take) -> VideoOpening:
     )
 
 
-def default_bitrate(width_px: int, height_px: int, fps: int, *, profile: Profile) -> int:
+def default_bitrate(width_px: int, height_px: int, *, fps: int, profile: Profile) -> int:
     """Return the bits a second that clients ask for where nobody says another rate."""
     per = 150 if profile is Profile.HEVC_MAIN else 75
     return width_px * height_px * fps * 12 // per
@@ -219,7 +219,7 @@ def default_bitrate(width_px: int, height_px: int, fps: int, *, profile: Profile
 
 @dataclass(frozen=True, slots=True)
 class VideoTrailer:
-    """What the headset says of one picture.
+    """Word of the headset on one picture.
 
     Attributes:
         focal: along x and y, pixels.

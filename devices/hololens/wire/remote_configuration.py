@@ -97,7 +97,10 @@ REPLIES: dict[Setting, str] = {
 to all others none."""
 
 _FOLLOWING = {Setting.MAP_POINTS: "2f", Setting.RIG_POSES: "Q"}
+"""Layout of each of the counted values of a request."""
+
 _ANSWERED = {Setting.MAP_POINTS: "2f", Setting.RIG_POSES: "16f"}
+"""Layout of the answer to each of them."""
 
 MAX_COUNT = 4096
 """Most points or times of a request, chosen: an answer of 256 KiB."""
@@ -142,7 +145,7 @@ def read_request(take: Take) -> Request:
     layout = _FOLLOWING.get(setting)
     if layout is None:
         return Request(setting, values)
-    count = checked_count(f"{setting.name}: count", values[-1], MAX_COUNT)
+    count = checked_count(f"{setting.name}: count", values[-1], most=MAX_COUNT)
     return Request(setting, values, taken(take, struct.Struct("<" + layout * count)))
 
 

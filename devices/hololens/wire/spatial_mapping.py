@@ -123,7 +123,7 @@ def read_request(take: Take) -> MappingRequest:
     if command == LIST_SURFACES:
         return ListSurfaces()
     if command == GET_MESHES:
-        count = checked_count("spatial mapping: meshes", taken(take, COUNT)[0], MAX_SURFACES)
+        count = checked_count("spatial mapping: meshes", taken(take, COUNT)[0], most=MAX_SURFACES)
         return GetMeshes(tuple(read_mesh_request(take) for _ in range(count)))
     raise WireError(f"spatial mapping: command {command}, wanted 0..2")
 
@@ -149,5 +149,5 @@ def read_surfaces(take: Take) -> tuple[ObservedSurface, ...]:
     Raises:
         WireError: there are more than `MAX_SURFACES`.
     """
-    count = checked_count("spatial mapping: surfaces", taken(take, COUNT)[0], MAX_SURFACES)
+    count = checked_count("spatial mapping: surfaces", taken(take, COUNT)[0], most=MAX_SURFACES)
     return tuple(ObservedSurface(*each) for each in SURFACE.iter_unpack(take(SURFACE.size * count)))

@@ -35,8 +35,13 @@ FLOAT_NORMALS, BYTE_NORMALS = 2, 31
 """Formats of normals: four float32, or four int8 that mean -1..1."""
 
 _VERTEX_TYPES = {FLOAT_VERTICES: "<f4", SHORT_VERTICES: "<i2"}
+"""Types of the numbers of a vertex, by format."""
+
 _INDEX_TYPES = {SHORT_INDICES: "<u2", LONG_INDICES: "<u4"}
+"""Types of an index, by format."""
+
 _NORMAL_TYPES = {FLOAT_NORMALS: "<f4", BYTE_NORMALS: "i1"}
+"""Types of the numbers of a normal, by format."""
 
 
 class MeshStatus(IntEnum):
@@ -136,7 +141,9 @@ def read_mesh(take: Take) -> MeshReply:
         status = MeshStatus(values[1])
     except ValueError:
         raise WireError(f"mesh: status {values[1]}, wanted 0..2") from None
-    sizes = [checked_count("mesh: bytes of a part", size, MAX_PART_BYTES) for size in values[2:5]]
+    sizes = [
+        checked_count("mesh: bytes of a part", size, most=MAX_PART_BYTES) for size in values[2:5]
+    ]
     parts = [take(size) for size in sizes] if status is MeshStatus.OK else [b""] * 3
     pose = np.array(values[8:24], np.float32).reshape(4, 4)
     vertices, indices, normals = parts
@@ -167,8 +174,8 @@ def numbers_of(reply: MeshReply, request: MeshRequest) -> MeshNumbers:
         WireError: its parts have no whole number of elements, an index leads to no vertex, or a
             number is not finite.
     """
-    vertices = _quadruples("vertices", reply.vertices, _VERTEX_TYPES[request.vertex_format])
-    normals = _quadruples("normals", reply.normals, _NORMAL_TYPES[request.normal_format])
+    vertices = _quadruples("vertices", reply.vertices, kind=_VERTEX_TYPES[request.vertex_format])
+    normals = _quadruples("normals", reply.normals, kind=_NORMAL_TYPES[request.normal_format])
     size = np.dtype(_INDEX_TYPES[request.index_format]).itemsize
     if len(reply.indices) % (3 * size):
         raise WireError(f"mesh: {len(reply.indices)} bytes of indices, {size} each, no triangles")
@@ -184,7 +191,7 @@ def numbers_of(reply: MeshReply, request: MeshRequest) -> MeshNumbers:
     return MeshNumbers(places, triangles, normals[:, :3] / length)
 
 
-def _quadruples(name: str, data: bytes, kind: str) -> NDArray[np.float64]:
+def _quadruples(name: str, data: bytes, *, kind: str) -> NDArray[np.float64]:
     size = 4 * np.dtype(kind).itemsize
     if len(data) % size:
         raise WireError(f"mesh: {len(data)} bytes of {name}, wanted a multiple of {size}")

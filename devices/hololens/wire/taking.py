@@ -52,7 +52,7 @@ def taken(take: Take, layout: struct.Struct) -> tuple[Any, ...]:
     return layout.unpack(take(layout.size))
 
 
-def checked_count(name: str, count: int, most: int) -> int:
+def checked_count(name: str, count: int, *, most: int) -> int:
     """Return a count that came with the bytes.
 
     Raises:

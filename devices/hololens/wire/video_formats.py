@@ -30,7 +30,7 @@ def encode_raw(nv12: NDArray[np.uint8]) -> bytes:
     return padded.tobytes()
 
 
-def read_raw(data: bytes, width_px: int, height_px: int) -> NDArray[np.uint8]:
+def read_raw(data: bytes, width_px: int, *, height_px: int) -> NDArray[np.uint8]:
     """Return (H·3/2, W) of a raw picture's bytes.
 
     Raises:
@@ -47,7 +47,7 @@ def read_raw(data: bytes, width_px: int, height_px: int) -> NDArray[np.uint8]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Calibration:
-    """What the headset knows of its camera at a size, all float32, its own axes.
+    """Lens of the headset's camera at a size, all float32, its own axes.
 
     Attributes:
         focal: (2,) pixels.

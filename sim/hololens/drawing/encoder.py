@@ -1,4 +1,3 @@
-# pyright: standard
 """Pictures as the headset's camera sends them: H.264, HEVC or raw; one in, one out."""
 
 from __future__ import annotations

@@ -12,6 +12,7 @@ from io import BufferedIOBase
 
 import numpy as np
 
+from scenes.workers.pipes import widen
 from sim.hololens.drawing.scenery import DrawnScene, Painter, Shot
 
 
@@ -34,8 +35,8 @@ def serve(orders: BufferedIOBase, pictures: BufferedIOBase) -> None:
             if painter is None or size != wanted:
                 if painter is not None:
                     painter.close()
-                painter, size = Painter(scene, *wanted), wanted
-            picture = painter.draw(shot.camera, shot.room_from_camera, shot.poses)
+                painter, size = Painter(scene, wanted[0], height_px=wanted[1]), wanted
+            picture = painter.draw(shot.camera, shot.room_from_camera, poses=shot.poses)
             pictures.write(np.ascontiguousarray(picture).data)
             pictures.flush()
     finally:
@@ -47,4 +48,5 @@ if __name__ == "__main__":
     # Whatever prints to standard output shall not get among the pictures.
     out = sys.stdout.buffer
     sys.stdout = sys.stderr
+    widen(out.fileno())
     serve(sys.stdin.buffer, out)  # type: ignore[arg-type]

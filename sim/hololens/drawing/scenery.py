@@ -1,4 +1,4 @@
-"""What a simulated HoloLens can see: a room's meshes and what moves in it, drawn for its camera."""
+"""A room's meshes and what moves in it, drawn for the camera of a simulated HoloLens."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class Scenery:
         self._still = [_still(mesh) for mesh in room.static]
         self._moving = {
             item.object_id: Moving(
-                tuple(_lit(mesh, room, item.world_from_object) for mesh in item.meshes),
+                tuple(_lit(mesh, room, at=item.world_from_object) for mesh in item.meshes),
                 item.world_from_object,
             )
             for item in room.objects
@@ -137,7 +137,7 @@ class Painter:
         height_px: of the pictures.
     """
 
-    def __init__(self, scene: DrawnScene, width_px: int, height_px: int) -> None:
+    def __init__(self, scene: DrawnScene, width_px: int, *, height_px: int) -> None:
         meshes = list(scene.still)
         self._numbers: dict[str, range] = {}
         for name, parts in scene.moving.items():
@@ -146,7 +146,7 @@ class Painter:
         self._rasteriser = PinholeRasteriser(meshes, width_px, height_px)
 
     def draw(
-        self, camera: Pinhole, room_from_camera: Pose, poses: Mapping[str, Pose]
+        self, camera: Pinhole, room_from_camera: Pose, *, poses: Mapping[str, Pose]
     ) -> NDArray[np.uint8]:
         """Return (H, W, 3) uint8 RGB, with everything that moves where `poses` says."""
         moved = {n: poses[name] for name, numbers in self._numbers.items() for n in numbers}
@@ -163,10 +163,10 @@ def _still(mesh: TexturedMesh) -> LitMesh:
     return LitMesh(mesh.vertices, mesh.uv, mesh.faces, mesh.texture, light)
 
 
-def _lit(mesh: TexturedMesh, room: PhysicalRoom, world_from_object: Pose) -> LitMesh:
+def _lit(mesh: TexturedMesh, room: PhysicalRoom, *, at: Pose) -> LitMesh:
     """An object's mesh under the room's light as it falls where the object stands at first."""
     fine = refine_mesh(mesh, max_edge_m=OBJECT_EDGE_M)
-    facing = fine.normals @ world_from_object.rotation.T @ room.light_direction
+    facing = fine.normals @ at.rotation.T @ room.light_direction
     light = room.ambient + room.key * np.maximum(facing, 0.0)
     return LitMesh(
         fine.vertices, fine.uv, fine.faces, fine.texture, np.repeat(light[:, None], 3, 1)
@@ -180,11 +180,11 @@ def _camera(world_from_rig: Pose) -> tuple[LitMesh, ...]:
     light = np.ones((len(in_rig), 3))
     return (
         LitMesh(in_rig, stand.uv, stand.faces, stand.texture, light),
-        code_card(CAMERA_CODE, CAMERA_CODE_M, RIG_FROM_CODE),
+        code_card(CAMERA_CODE, CAMERA_CODE_M, frame_from_code=RIG_FROM_CODE),
     )
 
 
-def code_card(payload: str, side_m: float, frame_from_code: Pose) -> LitMesh:
+def code_card(payload: str, side_m: float, *, frame_from_code: Pose) -> LitMesh:
     """Return a printed code on a card, seen from its front only."""
     symbol = qr_symbol(payload, module_px=12)
     rim = QUIET_MODULES * 12

@@ -48,7 +48,7 @@ class BodyPort:
             # What is sensed at an instant is known when it comes: no time is lost in reckoning.
             t_s = world.seconds(due_ns)
             world_from_room = world.room_from_world(t_s).inverse()
-            sample = input_of(world.body(t_s), world_from_room, sample)
+            sample = input_of(world.body(t_s), world_from_room, before=sample)
             data = encode_packet(Packet(world.ticks(due_ns), encode_input(sample)))
             world.clock.sleep_until(due_ns)
             if guest.random.random() >= world.faults.size_of(HoloLensFaultKind.DROP, t_s):

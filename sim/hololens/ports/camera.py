@@ -1,4 +1,4 @@
-"""What a simulated HoloLens's camera is like: its lens, which breathes with the focus."""
+"""Lens of a simulated HoloLens's camera, which breathes with the focus."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ EXPOSURE_TICKS, ISO, KELVIN = 100_000, 400, 4600
 """Exposure of a lit room: 10 ms, its ISO, and its light."""
 
 
-def lens_at(t_s: float, width_px: int, height_px: int) -> Pinhole:
+def lens_at(t_s: float, width_px: int, *, height_px: int) -> Pinhole:
     """Return the camera as it is at a moment."""
     focal = 0.5 * width_px / math.tan(HALF_FOV_RAD)
     focal *= 1.0 + BREATH * math.sin(2.0 * math.pi * t_s / BREATH_S)

@@ -20,7 +20,9 @@ class DisplayPort:
         OSError: the port is taken.
     """
 
-    def __init__(self, place: tuple[str, int], world: HeadsetWorld, holograms: Holograms) -> None:
+    def __init__(
+        self, place: tuple[str, int], world: HeadsetWorld, *, holograms: Holograms
+    ) -> None:
         self._holograms = holograms
         self.counts = Counts()
         self._port = HeadsetPort(

@@ -98,7 +98,7 @@ class MappingPort:
         size_m = world.faults.size_of(HoloLensFaultKind.BOX, t_s)
         if size_m and BOX not in self._meshing.names():
             middle = self._box_m + np.array([0.0, 0.0, 0.5 * size_m])
-            self._meshing.put_box(BOX, middle, np.full(3, size_m))
+            self._meshing.put_box(BOX, middle, size_m=np.full(3, size_m))
         elif not size_m:
             self._meshing.remove(BOX)
         here = world.wearer.at(0.0).world_from_head.translation
@@ -108,16 +108,18 @@ class MappingPort:
             middle = surface.room_from_surface.translation
             if float(np.linalg.norm(middle - here)) > SEEN_M + FINDS_M_S * t_s:
                 continue
-            if any(_touches(v, turn @ middle, surface.radius_m) for v in volumes):
+            if any(_touches(v, turn @ middle, radius_m=surface.radius_m) for v in volumes):
                 found.append(surface)
         return found
 
     def _send_meshes(self, guest: Guest, request: GetMeshes) -> None:
         surfaces = {each.guid: each for each in self._meshing.surfaces()}
         for index, each in enumerate(request.requests):
-            guest.send(encode_mesh(self._mesh(surfaces.get(each.guid), each, index)))
+            guest.send(encode_mesh(self._mesh(surfaces.get(each.guid), each, index=index)))
 
-    def _mesh(self, surface: MeshedSurface | None, request: MeshRequest, index: int) -> MeshReply:
+    def _mesh(
+        self, surface: MeshedSurface | None, request: MeshRequest, *, index: int
+    ) -> MeshReply:
         if surface is None:
             return MeshReply(index, MeshStatus.UNKNOWN_ID)
         numbers = numbers_at(surface, request.triangles_per_m3)
@@ -128,7 +130,7 @@ class MappingPort:
         return reply_with(numbers, request, index=index, pose=rows)
 
 
-def _touches(volume: Volume, middle: NDArray[np.float64], radius_m: float) -> bool:
+def _touches(volume: Volume, middle: NDArray[np.float64], *, radius_m: float) -> bool:
     """Whether a ball, in the headset's own axes, reaches into a volume."""
     numbers = np.array(volume.numbers, dtype=np.float64)
     if not np.isfinite(numbers).all():

@@ -38,13 +38,13 @@ class Guest:
         random: of delays.
     """
 
-    def __init__(self, connection: socket.socket, world: HeadsetWorld, random: Random) -> None:
+    def __init__(self, connection: socket.socket, world: HeadsetWorld, *, random: Random) -> None:
         self._socket, self.world, self.random = connection, world, random
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._is_within = False
 
     def message_ended(self) -> None:
-        """What is taken next begins a message, for which the client may take its time."""
+        """Begin another message, for which the client may take its time."""
         self._is_within = False
 
     def take(self, count: int) -> bytes:
@@ -171,7 +171,7 @@ class HeadsetPort:
                 return
             self.counts.connections += 1
             try:
-                self._serve(Guest(connection, self._world, self._random))
+                self._serve(Guest(connection, self._world, random=self._random))
             except (GuestLeftError, OSError):
                 pass  # as clients do: they hang up when they have enough
             except WireError:

@@ -43,7 +43,7 @@ HANG_UP_S = 2.0
 SPARED_BYTES = 16
 """Bytes at a picture's beginning that stay whole where others break: its delimiter and header."""
 
-MOST_BROKEN = 8
+MAX_BROKEN = 8
 """Most wrong bytes of a broken picture."""
 
 
@@ -109,12 +109,12 @@ class VideoPort:
                 self._world.camera_on_ns = None
                 guest.wait_for_end(HANG_UP_S)
             case CalibrationRequest(width, height, fps):
-                _check(width, height, fps)
-                lens = lens_at(self._world.now_s(), width, height)
+                _check(width, height, fps=fps)
+                lens = lens_at(self._world.now_s(), width, height_px=height)
                 guest.send(encode_calibration(calibration_of(lens)))
                 self.counts.messages += 1
             case VideoRequest():
-                _check(opening.width_px, opening.height_px, opening.fps)
+                _check(opening.width_px, opening.height_px, fps=opening.fps)
                 try:
                     self._stream(guest, opening)
                 except DrawingError as error:
@@ -144,12 +144,12 @@ class VideoPort:
             world.clock.sleep_until(due_ns)
             if self._has_time_code:
                 burn(picture, world.glass_ns() // 1000)
-            self._send(guest, shown, encoder.encode(picture), has_pose=request.has_pose)
+            self._send(guest, shown, unit=encoder.encode(picture), has_pose=request.has_pose)
 
     def _order(self, request: VideoRequest, t_ns: int) -> _Ordered:
         """Have a picture drawn as it will be then."""
         t_s = self._world.seconds(t_ns)
-        lens = lens_at(t_s, request.width_px, request.height_px)
+        lens = lens_at(t_s, request.width_px, height_px=request.height_px)
         camera = self._world.room_from_camera(t_s)
         self._begin_drawing().order(Shot(lens, camera, self._scenery.poses()))
         self._waiting += 1
@@ -178,7 +178,7 @@ class VideoPort:
         if drawer is not None:
             drawer.close()
 
-    def _send(self, guest: Guest, shot: _Ordered, unit: bytes, *, has_pose: bool) -> None:
+    def _send(self, guest: Guest, shot: _Ordered, *, unit: bytes, has_pose: bool) -> None:
         world, t_s = self._world, self._world.seconds(shot.t_ns)
         if guest.random.random() < world.faults.size_of(HoloLensFaultKind.BROKEN, t_s):
             unit = _broken(unit, guest)
@@ -194,7 +194,7 @@ class VideoPort:
         self.counts.messages += 1
 
 
-def _check(width_px: int, height_px: int, fps: int) -> None:
+def _check(width_px: int, height_px: int, *, fps: int) -> None:
     rates = FORMATS.get((width_px, height_px), ())
     if fps not in rates:
         raise WireError(f"personal video: {width_px}×{height_px} at {fps}, no format of the camera")
@@ -202,7 +202,7 @@ def _check(width_px: int, height_px: int, fps: int) -> None:
 
 def _broken(unit: bytes, guest: Guest) -> bytes:
     damaged = bytearray(unit)
-    for _ in range(guest.random.randint(1, MOST_BROKEN)):
+    for _ in range(guest.random.randint(1, MAX_BROKEN)):
         if len(damaged) > SPARED_BYTES:
             at = guest.random.randrange(SPARED_BYTES, len(damaged))
             damaged[at] = guest.random.getrandbits(8)

@@ -67,10 +67,10 @@ def test_what_is_no_rotation_is_refused(value):
 
 
 def test_pixels_are_counted_from_the_corner():
-    camera = camera_of(VideoTrailer((600.0, -601.0), (379.5, 213.5), 760, 428), 760, 428)
+    camera = camera_of(VideoTrailer((600.0, -601.0), (379.5, 213.5), 760, 428), 760, height_px=428)
     assert (camera.fx, camera.fy, camera.cx, camera.cy) == (600.0, 601.0, 380.0, 214.0)
     with pytest.raises(WireError, match="focal"):
-        camera_of(VideoTrailer((math.nan, 1.0), (1.0, 1.0), 760, 428), 760, 428)
+        camera_of(VideoTrailer((math.nan, 1.0), (1.0, 1.0), 760, 428), 760, height_px=428)
 
 
 def sample(valid, **parts):
@@ -135,7 +135,7 @@ def test_surfaces_are_wound_the_other_way():
         np.array([[0, 1, 2]], np.int32),
         np.zeros((3, 3)),
     )
-    found = surface_of(ObservedSurface(bytes(16), 7), numbers, rows((0, 1, 0)), t_ns=5)
+    found = surface_of(ObservedSurface(bytes(16), 7), numbers, pose=rows((0, 1, 0)), t_ns=5)
     assert (found.id, found.version, found.t_ns) == ("00" * 16, 7, 5)
     assert found.triangles.tolist() == [[2, 1, 0]]
     assert np.allclose(found.vertices_in_world_m, [[0, 0, 1], [1, 0, 1], [0, 0, 2]])

@@ -41,7 +41,7 @@ def test_gathering_keeps_the_plane():
             np.stack([a[:-1, :-1], a[1:, 1:], a[1:, :-1]], -1).reshape(-1, 3),
         ]
     )
-    middle, kept = gathered(vertices, faces, 0.25)
+    middle, kept = gathered(vertices, faces, grid_m=0.25)
     assert len(middle) == 25
     assert 20 <= len(kept) <= 40
     assert np.allclose(middle[:, 2], 0)
@@ -62,7 +62,7 @@ def test_versions_grow_and_surfaces_go(small_room):
 
 def test_boxes_are_closed_and_face_outwards(small_room):
     meshing = Meshing(small_room)
-    meshing.put_box("box", np.array([0.5, 0.0, 0.25]), np.full(3, 0.5))
+    meshing.put_box("box", np.array([0.5, 0.0, 0.25]), size_m=np.full(3, 0.5))
     box = next(each for each in meshing.surfaces() if len(each.triangles) == 12)
     a, b, c = (box.vertices_m[box.triangles[:, k]] for k in range(3))
     volume = float(np.sum(a * np.cross(b, c))) / 6

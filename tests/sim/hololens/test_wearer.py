@@ -32,7 +32,7 @@ def test_wearers_have_two_hands_of_26_joints(seed):
 def test_what_a_headset_says_comes_back():
     body = Stroller(2).at(1.0)
     world_from_room = Pose.from_yaw(2.5, (1, -2, -1.6))
-    data = encode_input(input_of(body, world_from_room, nothing_seen()))
+    data = encode_input(input_of(body, world_from_room, before=nothing_seen()))
     found = head_and_hands(read_input(data), seq=0, t_ns=0, arrived_ns=0)
     assert found.world_from_head is not None
     assert found.left is not None
@@ -49,8 +49,8 @@ def test_what_a_headset_says_comes_back():
 
 
 def test_what_is_not_seen_stays_as_it_was_and_is_not_valid():
-    seen = input_of(Stroller(0).at(0.0), Pose.identity(), nothing_seen())
-    lost = input_of(None, Pose.identity(), seen)
+    seen = input_of(Stroller(0).at(0.0), Pose.identity(), before=nothing_seen())
+    lost = input_of(None, Pose.identity(), before=seen)
     assert int(lost.valid) == 0
     assert np.array_equal(lost.head, seen.head)
     assert np.array_equal(lost.left, seen.left)

@@ -135,8 +135,8 @@ def test_trailers():
 
 
 def test_default_bitrates():
-    assert personal_video.default_bitrate(760, 428, 30, profile=Profile.H264_MAIN) == 1_561_344
-    assert personal_video.default_bitrate(760, 428, 30, profile=Profile.HEVC_MAIN) == 780_672
+    assert personal_video.default_bitrate(760, 428, fps=30, profile=Profile.H264_MAIN) == 1_561_344
+    assert personal_video.default_bitrate(760, 428, fps=30, profile=Profile.HEVC_MAIN) == 780_672
 
 
 def test_delimiters_are_six_bytes():
@@ -168,9 +168,9 @@ def test_raw_pictures_have_rows_of_64_bytes():
     assert len(data) == 64 * 6
     assert data[:4] == bytes([0, 1, 2, 3])
     assert data[64] == 4
-    assert np.array_equal(video_formats.read_raw(data, 4, 4), nv12)
+    assert np.array_equal(video_formats.read_raw(data, 4, height_px=4), nv12)
     with pytest.raises(WireError, match="wanted 384"):
-        video_formats.read_raw(data[:-1], 4, 4)
+        video_formats.read_raw(data[:-1], 4, height_px=4)
 
 
 def joint(start: float, accuracy: int) -> bytes:
