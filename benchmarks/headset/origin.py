@@ -74,7 +74,7 @@ def measure_walk(
         codes: how many are known.
     """
     room = sample_room(name)
-    turned = np.roll(np.arange(len(room.codes)), seed)[:codes]
+    turned: list[int] = np.roll(np.arange(len(room.codes)), seed)[:codes].tolist()
     plan = OriginPlan(tuple(room.codes[k] for k in sorted(turned)))
     reader, origin = CodeReader(plan.payloads), Origin()
     middle = np.append(room.footprint_m.mean(axis=0), HEIGHT_M)

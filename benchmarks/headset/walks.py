@@ -9,12 +9,11 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from devices.video import H264Decoder, H264Encoder
 from scenes.cameras import Fisheye, Pinhole, Rig
 from scenes.mesh import PhysicalRoom
-from scenes.pose import Pose
+from scenes.pose import Pose, rotation_from_vector
 from sim.camera.sensor import Sensor
 from sim.phone.light import still_scene
 from sim.phone.path import HandShake, walk_around
@@ -133,7 +132,7 @@ def _errors(rng: np.random.Generator) -> Iterator[tuple[Pose, Pose]]:
     shift, yaw = np.zeros(3), 0.0
     while True:
         drift = Pose.from_yaw(yaw, shift)
-        yield begun @ drift, Pose(Rotation.from_rotvec(error[:3]).as_matrix(), error[3:])
+        yield begun @ drift, Pose(rotation_from_vector(error[:3]), error[3:])
         error = keep * error + math.sqrt(1.0 - keep**2) * rng.normal(0.0, sigma)
         shift = shift + rng.normal(0.0, DRIFT_M / math.sqrt(FPS), 3)
         yaw += float(rng.normal(0.0, DRIFT_RAD / math.sqrt(FPS)))
