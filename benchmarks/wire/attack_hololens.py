@@ -32,7 +32,7 @@ from scenes.samples import sample_room
 from scenes.workers.task import Task
 from sim.hololens.simulator import Simulator, SimulatorPlan
 
-PATIENCE_S = 0.02
+PATIENCE_S = 0.01
 """How long a hostile client reads before it leaves: the headset sends on by itself."""
 
 WITNESS_S = 10.0
@@ -88,8 +88,8 @@ def attack_simulator(streams: int, first_seed: int = 0) -> HeadsetAttackCounts:
     ports = simulator.ports
     clients = (
         (ports.configuration, settings()),
-        # One in four begins the camera, which is then drawn and coded for a client who has left.
-        (ports.video, openings()),
+        # One in ten is a stream, which is drawn and coded for a client who leaves at once.
+        (ports.video, (*openings()[:3] * 3, openings()[3])),
         (ports.body, (b"", b"a headset takes nothing here")),
         (ports.surfaces, mapping_requests()),
         (ports.display, orders()),

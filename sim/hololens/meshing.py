@@ -29,8 +29,8 @@ it grows until a surface has no more triangles than were asked for."""
 MAX_GRIDS = 12
 """Grids that are tried: the coarsest is 2 m."""
 
-TICKS_1601 = 116_444_736_000_000_000
-"""1970 in ticks of 100 ns since 1601."""
+VERSION_TICKS = 10_000_000
+"""Time between two versions of surfaces at least, 100 ns: a second."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,11 +62,12 @@ class Meshing:
 
     Args:
         room: whose meshes are cut.
+        utc_ticks: coordinated time, 100 ns since 1601.
     """
 
-    def __init__(self, room: PhysicalRoom) -> None:
+    def __init__(self, room: PhysicalRoom, utc_ticks: int) -> None:
         self._lock = threading.Lock()
-        self._time = TICKS_1601 + 10_000_000
+        self._time = utc_ticks
         self._surfaces: dict[str, MeshedSurface] = {}
         for name, (vertices, triangles) in _pieces(room).items():
             self.put(name, vertices, triangles=triangles)
@@ -79,7 +80,7 @@ class Meshing:
         room_from_surface = Pose.from_yaw(0.37 * (guid[0] % 17), centre)
         own = room_from_surface.inverse() @ vertices_in_room_m
         with self._lock:
-            self._time += 10_000_000
+            self._time += VERSION_TICKS
             self._surfaces[name] = MeshedSurface(
                 guid, self._time, room_from_surface, own, triangles
             )
@@ -91,7 +92,7 @@ class Meshing:
             KeyError: there is none.
         """
         with self._lock:
-            self._time += 10_000_000
+            self._time += VERSION_TICKS
             self._surfaces[name] = replace(self._surfaces[name], update_time=self._time)
 
     def remove(self, name: str) -> None:

@@ -85,11 +85,11 @@ class Simulator:
         x, y = centre.tolist()
         wearer = Stroller(plan.seed, (x, y)) if plan.wearer is None else plan.wearer
         self.scenery = Scenery(plan.room, has_camera=plan.has_camera)
-        self.meshing = Meshing(plan.room)
         self.holograms = Holograms()
         self.world = HeadsetWorld(
             clock, wearer, plan.faults, plan.seed, plan.utc_ns(), plan.glass_ns
         )
+        self.meshing = Meshing(plan.room, self.world.utc_ticks(self.world.began_ns))
         host, ports = plan.host, plan.ports
         self._open: list[ConfigurationPort | VideoPort | BodyPort | MappingPort | DisplayPort] = []
         try:

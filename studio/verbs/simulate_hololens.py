@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from devices.clock import Clock
     from scenes.mesh import PhysicalRoom
+    from sim.hololens.acting import Acting
     from sim.hololens.simulator import Simulator, SimulatorPlan
 
 WATCH_S = 0.5
@@ -37,6 +38,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--network", action="store_true", help="not only this computer: listen to all"
     )
+    parser.add_argument(
+        "--scenario",
+        metavar="F",
+        help="play a scenario of the room: one of its people wears it, and objects move",
+    )
+    parser.add_argument("--person", default="", metavar="ID", help="who wears it (the first)")
     parser.add_argument(
         "--strolls",
         action="store_true",
@@ -68,34 +75,51 @@ def run(args: argparse.Namespace) -> int:
     from devices.clock import WallClock
     from sim.hololens.simulator import Simulator
 
-    plan = _plan(args)
+    acting = _acting(args)
+    plan = _plan(args, acting)
     clock = WallClock()
     simulator = Simulator(plan, clock)
+    if acting is not None:
+        acting.start(clock, simulator.scenery)
     try:
         _say(args, "started", values=_about(simulator, plan, clock=clock))
         _wait(args, clock)
     except KeyboardInterrupt:
         pass  # the usual way to end it
     finally:
+        if acting is not None:
+            acting.close()
         simulator.close()
         counts = {name: asdict(each) for name, each in simulator.counts().items()}
         _say(args, "ended", values={"ports": counts, "lists": simulator.holograms.lists})
     return 0
 
 
-def _plan(args: argparse.Namespace) -> SimulatorPlan:
+def _acting(args: argparse.Namespace) -> Acting | None:
+    """Return the scenario that is played; None where nobody asked for one."""
+    from sim.hololens.acting import Acting
+    from studio.session.staging import staging_of
+
+    if args.scenario is None:
+        return None
+    staging = staging_of(args.scene, args.scenario)
+    return Acting(staging.room, staging.scenario, person=args.person)
+
+
+def _plan(args: argparse.Namespace, acting: Acting | None) -> SimulatorPlan:
     from devices.hololens.plan import Ports
     from sim.hololens.faults import read_hololens_faults
     from sim.hololens.simulator import ANY_PORTS, SimulatorPlan
     from sim.hololens.wearer import Stroller
     from studio.session.staging import staging_of
 
-    room = staging_of(args.scene, None).room
+    room = staging_of(args.scene, args.scenario).room
     x, y = room.footprint_m.mean(axis=0).tolist()
     targets = () if args.strolls else _targets(room)
+    strolls = Stroller(args.seed, (x, y), targets)
     return SimulatorPlan(
         room,
-        Stroller(args.seed, (x, y), targets),
+        strolls if acting is None else acting.wearer,
         read_hololens_faults(args.fault),
         ANY_PORTS if args.any_ports else Ports(),
         EVERYWHERE if args.network else LOOPBACK,

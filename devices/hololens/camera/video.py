@@ -91,19 +91,15 @@ class Video:
         self._task = Task("hololens video", self._run).start()
 
     def status(self) -> StreamStatus:
-        """Return how it is doing: as the process says, with times as they are here."""
+        """Return how it is doing: as seen here, with what the process has counted."""
         here, said = self.health.status(), self._said
-        if said is None or here.state is StreamState.CLOSED:
+        if said is None:
             return here
-        state, reason = said.state, said.reason
-        if here.state is StreamState.HELD and state is StreamState.LIVE:
-            state, reason = here.state, here.reason
         return replace(
-            said,
-            state=state,
-            reason=reason,
-            last_age_ns=here.last_age_ns,
-            delay_ms=here.delay_ms,
+            here,
+            received=max(here.received, said.received),
+            received_bytes=said.received_bytes,
+            connections=max(here.connections, said.connections),
             dropped=said.dropped + self.frames.dropped,
             damaged=said.damaged + here.damaged,
         )

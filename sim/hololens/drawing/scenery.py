@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from scenes.cameras import Pinhole
 from scenes.frames import CAMERA_FROM_BOARD
-from scenes.mesh import PhysicalRoom, QrCode, TexturedMesh
+from scenes.mesh import CollisionMesh, PhysicalRoom, QrCode, TexturedMesh
 from scenes.pose import Pose
 from scenes.samples.pictures.graphics import qr_symbol
 from sim.camera.camera360 import default_rig
@@ -36,6 +36,12 @@ QUIET_MODULES = 4
 
 OBJECT_EDGE_M = 0.04
 """Longest edge of an object's triangles when it is lit."""
+
+WALL = 190
+"""Grey value of a scanned room's mesh under full light."""
+
+BEFORE_WALL_M = 0.01
+"""How far before a scanned wall its codes are drawn: more than the mesh is rough."""
 
 CARD = 236
 """Grey value of a code's card."""
@@ -65,6 +71,8 @@ class Scenery:
     def __init__(self, room: PhysicalRoom, *, has_camera: bool = True) -> None:
         self.room = room
         self._still = [_still(mesh) for mesh in room.static]
+        if room.collision is not None:
+            self._still += _scanned(room, room.collision)
         self._moving = {
             item.object_id: Moving(
                 tuple(_lit(mesh, room, at=item.world_from_object) for mesh in item.meshes),
@@ -161,6 +169,27 @@ def _still(mesh: TexturedMesh) -> LitMesh:
     """A static mesh, whose texture holds the room's light already."""
     light = np.ones((len(mesh.vertices), 3))
     return LitMesh(mesh.vertices, mesh.uv, mesh.faces, mesh.texture, light)
+
+
+def _scanned(room: PhysicalRoom, collision: CollisionMesh) -> list[LitMesh]:
+    """A scanned room, of which only the mesh is known: grey, with its codes where they hang."""
+    vertices = collision.vertices.astype(np.float64)
+    corners = vertices[collision.faces]
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    across /= np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-12)
+    # Each triangle has corners of its own: a mesh of a scan is drawn as flat as it is.
+    light = room.ambient + room.key * np.maximum(across @ room.light_direction, 0.0)
+    flat = corners.reshape(-1, 3)
+    grey = np.full((1, 1, 3), WALL, np.uint8)
+    faces = np.arange(len(flat)).reshape(-1, 3)
+    uv = np.full((len(flat), 2), 0.5)
+    mesh = LitMesh(flat, uv, faces, grey, np.repeat(np.repeat(light, 3)[:, None], 3, axis=1))
+    before = Pose(np.eye(3), np.array([0.0, 0.0, BEFORE_WALL_M]))
+    cards = [
+        code_card(code.payload, code.side_m, frame_from_code=code.world_from_code @ before)
+        for code in room.codes
+    ]
+    return [mesh, *cards]
 
 
 def _lit(mesh: TexturedMesh, room: PhysicalRoom, *, at: Pose) -> LitMesh:

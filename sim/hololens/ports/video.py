@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +36,10 @@ log = logging.getLogger(__name__)
 
 STARTS_NS = 300_000_000
 """Time that the camera takes to start, nanoseconds; a real one takes a second or two."""
+
+SHARED_FORM = (1504, 846, 30)
+"""Width, height and rate of a camera that another app on the headset has chosen: in shared mode a
+client's own wishes do not count, and it reads the size from each picture's trailer."""
 
 HANG_UP_S = 2.0
 """Longest wait for a client that has said all it can say."""
@@ -82,6 +86,7 @@ class VideoPort:
         self._has_time_code = has_time_code
         self._drawer: Drawer | None = None
         self._waiting = 0
+        self._is_shared, self._form = False, SHARED_FORM
         self.counts = Counts()
         self._port = HeadsetPort(
             place, world, serve=self._serve, name="hololens video port", counts=self.counts
@@ -101,6 +106,7 @@ class VideoPort:
         opening = read_opening(guest.take)
         match opening:
             case StartVideo():
+                self._is_shared = opening.shared
                 if self._world.camera_on_ns is None:
                     self._world.camera_on_ns = self._world.clock.now_ns() + STARTS_NS
                 self._begin_drawing()
@@ -114,7 +120,11 @@ class VideoPort:
                 guest.send(encode_calibration(calibration_of(lens)))
                 self.counts.messages += 1
             case VideoRequest():
+                if self._is_shared:
+                    width, height, fps = self._form
+                    opening = replace(opening, width_px=width, height_px=height, fps=fps)
                 _check(opening.width_px, opening.height_px, fps=opening.fps)
+                self._form = opening.width_px, opening.height_px, opening.fps
                 try:
                     self._stream(guest, opening)
                 except DrawingError as error:

@@ -127,6 +127,19 @@ def test_video_as_clients_in_the_field_read_it(headset, profile, codec):
     assert all(after > before for before, after in itertools.pairwise(stamps))
 
 
+def test_a_shared_camera_keeps_its_own_size(headset):
+    with Wire(headset.ports.video) as wire:
+        wire.send("B7B3f2I", 7, 0, 0, 0, 0, 0, 0, 1, 0.9, 0, 0, 0, 1)
+    with Wire(headset.ports.video) as wire:
+        wire.socket.sendall(stream_request(255))
+        _, first, _ = packet(wire, True)
+    sizes = struct.unpack("<2H", first[-4:])
+    assert sizes != (0, 0)
+    stride = -(-sizes[0] // 64) * 64
+    assert len(first) - 80 == stride * sizes[1] * 3 // 2
+    start_camera(headset)
+
+
 def test_raw_video(headset):
     start_camera(headset)
     with Wire(headset.ports.video) as wire:

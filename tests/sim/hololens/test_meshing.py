@@ -8,7 +8,7 @@ from sim.hololens.meshing import Meshing, gathered, numbers_at
 
 
 def test_pieces_are_small_and_cover_the_room(small_room):
-    surfaces = Meshing(small_room).surfaces()
+    surfaces = Meshing(small_room, 10**17).surfaces()
     assert len({each.guid for each in surfaces}) == len(surfaces)
     assert len({each.update_time for each in surfaces}) == len(surfaces)
     assert max(each.radius_m for each in surfaces) < 2.2
@@ -19,14 +19,14 @@ def test_pieces_are_small_and_cover_the_room(small_room):
 
 
 def test_fewer_triangles_where_fewer_are_asked_for(small_room):
-    surface = max(Meshing(small_room).surfaces(), key=lambda each: len(each.triangles))
+    surface = max(Meshing(small_room, 10**17).surfaces(), key=lambda each: len(each.triangles))
     fine, coarse = numbers_at(surface, 1e9), numbers_at(surface, 20.0)
     assert len(fine.triangles) == len(surface.triangles)
     assert 0 < len(coarse.triangles) < len(fine.triangles)
 
 
 def test_triangles_are_wound_as_the_headset_does(small_room):
-    surface = Meshing(small_room).surfaces()[0]
+    surface = Meshing(small_room, 10**17).surfaces()[0]
     numbers = numbers_at(surface, 1e9)
     assert np.array_equal(numbers.triangles[:, ::-1], surface.triangles)
 
@@ -48,7 +48,7 @@ def test_gathering_keeps_the_plane():
 
 
 def test_versions_grow_and_surfaces_go(small_room):
-    meshing = Meshing(small_room)
+    meshing = Meshing(small_room, 10**17)
     name = meshing.names()[0]
     before = {each.guid: each.update_time for each in meshing.surfaces()}
     meshing.touch(name)
@@ -61,7 +61,7 @@ def test_versions_grow_and_surfaces_go(small_room):
 
 
 def test_boxes_are_closed_and_face_outwards(small_room):
-    meshing = Meshing(small_room)
+    meshing = Meshing(small_room, 10**17)
     meshing.put_box("box", np.array([0.5, 0.0, 0.25]), size_m=np.full(3, 0.5))
     box = next(each for each in meshing.surfaces() if len(each.triangles) == 12)
     a, b, c = (box.vertices_m[box.triangles[:, k]] for k in range(3))

@@ -27,7 +27,7 @@ def pictures(count):
 
 
 def packets_of(codec, count=12):
-    encoder = encoder_for(video_request(*SIZE, 30, codec=codec))
+    encoder = encoder_for(video_request(*SIZE, fps=30, codec=codec))
     for number, rgb in enumerate(pictures(count)):
         trailer = VideoTrailer((400.0 + number, 400.0), (212.0, 120.0), *SIZE)
         yield Packet(1000 + number, encoder.encode(rgb) + encode_trailer(trailer))
@@ -63,7 +63,7 @@ def test_every_picture_comes_with_its_own_trailer(codec):
 
 @pytest.mark.parametrize("codec", ["h264", "hevc"])
 def test_keyframes_are_found(codec):
-    encoder = encoder_for(video_request(*SIZE, 30, codec=codec))
+    encoder = encoder_for(video_request(*SIZE, fps=30, codec=codec))
     units = [encoder.encode(rgb) for rgb in pictures(32)]
     assert [is_keyframe(codec, unit) for unit in units] == [n % 30 == 0 for n in range(32)]
     assert not is_keyframe(codec, b"")
@@ -71,7 +71,7 @@ def test_keyframes_are_found(codec):
 
 
 def test_h264_units_begin_with_a_delimiter_and_parameter_sets():
-    encoder = encoder_for(video_request(*SIZE, 30, codec="h264"))
+    encoder = encoder_for(video_request(*SIZE, fps=30, codec="h264"))
     units = [encoder.encode(rgb) for rgb in pictures(3)]
     assert all(unit[:5] == b"\x00\x00\x00\x01\x09" for unit in units)
     assert units[0][6:10] == b"\x00\x00\x00\x01"

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
 
 from scenes.cameras import Pinhole
-from scenes.frames import look_at
+from scenes.frames import CAMERA_FROM_BOARD, look_at
+from scenes.mesh import QrCode
+from scenes.pose import Pose
 from sim.hololens.drawing.drawer import Drawer, DrawingError
 from sim.hololens.drawing.scenery import CAMERA, Scenery, Shot
 from sim.hololens.drawing.time_code import burn, burnt_us
 
 CAMERA_MODEL = Pinhole.from_fov(640, 480, 1.0)
+WALL_M, X = np.array([-1.97, 0.0, 1.5]), np.array([-1.0, 0.0, 0.0])
+TURN = CAMERA_FROM_BOARD.rotation @ np.diag([-1.0, 1.0, -1.0])
 
 
 @pytest.fixture
@@ -57,6 +63,19 @@ def test_objects_are_drawn_where_they_are(drawer):
         drawing.order(Shot(CAMERA_MODEL, pose, scenery.poses()))
         pictures.append(drawing.picture())
     assert np.abs(pictures[0].astype(int) - pictures[1]).max() > 30
+
+
+def test_a_scanned_room_is_drawn_by_its_mesh_with_its_codes(scanned_small_room):
+    code = QrCode("nexus:small:1", 0.3, Pose(look_at(WALL_M, WALL_M + X).rotation @ TURN, WALL_M))
+    room = replace(scanned_small_room, codes=(code,))
+    drawing = Drawer(Scenery(room).drawn)
+    out = code.world_from_code.rotation[:, 2]
+    pose = look_at(WALL_M + 1.2 * out, WALL_M)
+    drawing.order(Shot(CAMERA_MODEL, pose, Scenery(room).poses()))
+    grey = cv2.cvtColor(drawing.picture(), cv2.COLOR_RGB2GRAY)
+    drawing.close()
+    assert cv2.QRCodeDetector().detectAndDecode(grey)[0] == code.payload
+    assert grey[5, 5] > 30
 
 
 def test_a_process_that_dies_says_why(small_room):
