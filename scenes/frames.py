@@ -33,11 +33,40 @@ CAMERA_FROM_AHEAD = _axes((0, -1, 0), (0, 0, -1), (1, 0, 0))
 WORLD_FROM_BOARD_FACING_X = _axes((0, 0, 1), (1, 0, 0), (0, 1, 0))
 """A board (x right, y up, z out of it) that stands upright and faces world +X."""
 
+CAMERA_FROM_BOARD = _axes((-1, 0, 0), (0, -1, 0), (0, 0, 1))
+"""A board (x right, y up, z out of it) upright on a camera, that faces where the camera looks."""
+
 ARROW_FROM_CYLINDER = _axes((0, 0, 1), (0, 1, 0), (-1, 0, 0))
 """An arrow points along +X; the cylinder of its shaft and the cone of its head stand along +Z."""
 
+UNITY_FROM_WORLD = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]])
+"""Unity is left-handed, y up, z forward: a mirror, so a matrix (3, 3) and no pose. A rotation R
+becomes U R Uᵀ."""
+
 FRONT_FROM_BACK_LENS = _axes((-1, 0, 0), (0, 1, 0), (0, 0, -1))
 """The back lens of a 360° camera looks the other way: half a turn about the camera's y axis."""
+
+
+def head_axes(forward: np.ndarray, up: np.ndarray) -> np.ndarray:
+    """(3, 3) axes of an observer, OpenCV's, as columns: x right, y down, z ahead.
+
+    Args:
+        forward: (3,) to where the observer looks, of any length above 0.
+        up: (3,) out of the top of the head; what of it is along `forward` does not count.
+
+    Raises:
+        ValueError: one has no length or is not finite, or they are parallel.
+    """
+    ahead = np.asarray(forward, dtype=np.float64)
+    down = -np.asarray(up, dtype=np.float64)
+    with np.errstate(all="ignore"):
+        ahead = ahead / np.linalg.norm(ahead)
+        down = down - (down @ ahead) * ahead
+        length = float(np.linalg.norm(down))
+    if not (np.isfinite(ahead).all() and np.isfinite(length) and length > 1e-6):
+        raise ValueError(f"head: forward {forward} and up {up} give no axes")
+    down = down / length
+    return np.stack([np.cross(down, ahead), down, ahead], axis=1)
 
 
 def look_at(eye: np.ndarray, target: np.ndarray) -> Pose:

@@ -147,6 +147,7 @@ class Avatar:
         hands: (J, 3) joints per hand in world metres; may be empty.
         ray: (2, 3) start and end of the pointing ray in world metres, or None.
         name: as they call themselves; empty where they have none.
+        gaze: (2, 3) an eye and a point a metre ahead of it where it looks, or None.
     """
 
     user_id: str
@@ -155,6 +156,7 @@ class Avatar:
     hands: tuple[NDArray[np.float64], ...] = ()
     ray: NDArray[np.float64] | None = None
     name: str = ""
+    gaze: NDArray[np.float64] | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -135,6 +135,12 @@ VERBS = (
         "nexus study report out/study",
     ),
     Verb(
+        "simulate hololens",
+        "studio.verbs.simulate_hololens",
+        "play a HoloLens on its real ports: somebody wears it in a room, with faults",
+        "nexus simulate hololens lab --seconds 60",
+    ),
+    Verb(
         "sites router",
         "studio.verbs.sites_router",
         "run the router by which a building's rooms and sites reach each other",

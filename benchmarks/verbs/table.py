@@ -48,6 +48,12 @@ VERBS = (
         "nexus bench raster --json",
     ),
     Verb(
+        "bench headset",
+        "benchmarks.verbs.bench_headset",
+        "measure the shared origin of a headset that is walked about",
+        "nexus bench headset --walks 5",
+    ),
+    Verb(
         "bench studio",
         "benchmarks.verbs.bench_studio",
         "measure the window: opening, drawing, answering, seeking, what a kill costs",
@@ -82,6 +88,12 @@ VERBS = (
         "benchmarks.verbs.bench_hub",
         "let many people into a session on loopback, then hostile ones: latency, memory, crashes",
         "nexus bench hub --clients 16 --json",
+    ),
+    Verb(
+        "bench hololens",
+        "benchmarks.verbs.bench_hololens",
+        "receive a simulated HoloLens on loopback: delays, its clock, hostile bytes both ways",
+        "nexus bench hololens --json",
     ),
     Verb(
         "bench sites",

@@ -16,6 +16,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from benchmarks.wire.fuzz_hololens import hololens_targets
 from benchmarks.wire.fuzz_people import people_targets
 from benchmarks.wire.fuzz_sites import site_targets
 from benchmarks.wire.fuzz_streams import stream_targets
@@ -188,6 +189,7 @@ def targets() -> Mapping[str, FuzzTarget]:
         **{name: FuzzTarget(*parts) for name, parts in stream_targets(PICTURE).items()},
         **{name: FuzzTarget(*parts) for name, parts in people_targets().items()},
         **{name: FuzzTarget(*parts) for name, parts in site_targets().items()},
+        **{name: FuzzTarget(*parts) for name, parts in hololens_targets().items()},
     }
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
+from itertools import chain
 
 from devices.hub.channels import BodyChannel
 from devices.hub.roles import Person
@@ -34,13 +35,23 @@ class Others:
 
     _people: dict[str, Person] = field(default_factory=dict[str, Person])
     _bodies: dict[str, bytes] = field(default_factory=dict[str, bytes])
+    _ways: dict[str, tuple[Elsewhere, ...]] = field(
+        default_factory=dict[str, "tuple[Elsewhere, ...]"]
+    )
     _next: int = FIRST_INDEX
 
-    def take(self, those: Iterable[Elsewhere], bodies: BodyChannel) -> bool:
-        """Show these, with bodies that are new, and nobody else; return whether they are others."""
+    def take(self, those: Iterable[Elsewhere], bodies: BodyChannel, *, way: str = "") -> bool:
+        """Show these, with bodies that are new; return whether they are others than before.
+
+        Args:
+            those: everybody who is here one way; nobody else is by that way.
+            bodies: takes the new ones.
+            way: such as by sites.
+        """
+        self._ways[way] = tuple(those)
         known_before = self._people
         before, self._people = dict(known_before), {}
-        for each in those:
+        for each in chain.from_iterable(self._ways.values()):
             person_id = each.person.person_id
             if len(self._people) >= MAX_ELSEWHERE:
                 break

@@ -200,10 +200,10 @@ class Hub:
             bodies = self._session.shown(self._clock.now_ns())
         return replace(arrived, avatars=self._avatars.of(bodies))
 
-    def meet(self, others: Sequence[Elsewhere]) -> None:
-        """Show people who are in the session by other hubs: these, and nobody else of those."""
+    def meet(self, others: Sequence[Elsewhere], *, way: str = "sites") -> None:
+        """Show people who are in the session another way: these, and nobody else by that way."""
         with self._session.lock:
-            self._session.meet(others, self._clock.now_ns())
+            self._session.meet(others, self._clock.now_ns(), way=way)
         self._call_soon(self._wake_for_bodies)
 
     def bodies(self) -> list[tuple[Person, bytes]]:

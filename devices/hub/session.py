@@ -243,9 +243,9 @@ class Session:
         """Return who is here, and who may come back."""
         return tuple(self.media.seen(guest.person) for guest in self._attendance.listed(now_ns))
 
-    def meet(self, others: Iterable[Elsewhere], now_ns: int) -> None:
-        """Show people of other hubs: these, and nobody else."""
-        if self._others.take(others, self.bodies):
+    def meet(self, others: Iterable[Elsewhere], now_ns: int, *, way: str = "sites") -> None:
+        """Show people who are in the session another way: these, and nobody else by that way."""
+        if self._others.take(others, self.bodies, way=way):
             self._tell_people(now_ns)
 
     def take(self) -> Arrived:

@@ -115,6 +115,8 @@ def _avatar_fields(avatar: Avatar) -> dict[str, Any]:
     }
     if avatar.name:
         fields["name"] = avatar.name
+    if avatar.gaze is not None:
+        fields["gaze"] = avatar.gaze.tolist()
     return fields
 
 
@@ -171,7 +173,7 @@ def _matrix(pose: Pose) -> list[list[float]]:
 
 
 def _avatar(t_ns: int, fields: dict[str, Any]) -> RecordedAvatar:
-    ray = fields["ray"]
+    ray, gaze = fields["ray"], fields.get("gaze")
     avatar = Avatar(
         fields["user_id"],
         fields["role"],
@@ -180,6 +182,7 @@ def _avatar(t_ns: int, fields: dict[str, Any]) -> RecordedAvatar:
         tuple(np.array(hand, dtype=np.float64).reshape(-1, 3) for hand in fields["hands"]),
         None if ray is None else np.array(ray, dtype=np.float64),
         str(fields.get("name", "")),
+        None if gaze is None else np.array(gaze, dtype=np.float64).reshape(2, 3),
     )
     return RecordedAvatar(t_ns, avatar)
 

@@ -1,10 +1,11 @@
 # pyright: standard
-"""Draws lit, textured meshes that stand still through a pinhole, off-screen, with VTK."""
+"""Draws lit, textured meshes through a pinhole, off-screen, with VTK."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -27,16 +28,19 @@ from sim.camera.lens_raster import offscreen_window, texture_of
 
 NEAR_M, FAR_M = 0.05, 40.0
 
+NOTHING: Mapping[int, Pose] = MappingProxyType({})
+"""No mesh has moved."""
+
 VERTEX_SHADER = """//VTK::System::Dec
 in vec4 vertexMC;
 in vec2 tcoord;
 in vec3 light;
-uniform mat4 clip_from_world;
+uniform mat4 clip_from_mesh;
 out vec2 uv;
 out vec3 arriving;
 void main()
 {
-  gl_Position = clip_from_world * vertexMC;
+  gl_Position = clip_from_mesh * vertexMC;
   uv = tcoord;
   arriving = light;
 }
@@ -59,7 +63,7 @@ class LitMesh:
     """A mesh in world coordinates with the light that falls on it.
 
     Attributes:
-        vertices: (V, 3) float64, metres.
+        vertices: (V, 3) float64, metres; of a mesh that moves, in its own frame.
         uv: (V, 2) in 0..1, (0, 0) at the bottom left of the texture.
         faces: (F, 3) vertex indices.
         texture: (H, W, 3) uint8 sRGB.
@@ -95,15 +99,26 @@ class PinholeRasteriser:
         self._renderer.RemoveCuller(self._renderer.GetCullers().GetLastItem())
         self._renderer.SetBackground(0.0, 0.0, 0.0)
         self._window.AddRenderer(self._renderer)
-        self._clip_from_world = vtkMatrix4x4()
+        self._clips: list[vtkMatrix4x4] = []
         self._actors: list[vtkActor] = []
         for mesh in meshes:
             self._add(mesh)
 
     def draw(
-        self, camera: Pinhole, world_from_camera: Pose, *, shift_px: tuple[float, float]
+        self,
+        camera: Pinhole,
+        world_from_camera: Pose,
+        *,
+        shift_px: tuple[float, float],
+        moved: Mapping[int, Pose] = NOTHING,
     ) -> NDArray[np.uint8]:
         """(H, W, 3) uint8 RGB, one sample a pixel, `shift_px` right of and below its centre.
+
+        Args:
+            camera: of the rasteriser's size.
+            world_from_camera: where it is.
+            shift_px: of the samples.
+            moved: `world_from_mesh` of meshes that are not where their vertices say, by place.
 
         Raises:
             ValueError: the camera's size is not the rasteriser's.
@@ -114,8 +129,10 @@ class PinholeRasteriser:
                 f"wanted {self._size[0]}×{self._size[1]}"
             )
         clip = _clip_from_camera(camera, shift_px) @ world_from_camera.inverse().matrix()
-        # GLSL stores matrices by column, VTK by row.
-        self._clip_from_world.DeepCopy(clip.T.ravel().tolist())
+        for number, matrix in enumerate(self._clips):
+            placed = clip @ moved[number].matrix() if number in moved else clip
+            # GLSL stores matrices by column, VTK by row.
+            matrix.DeepCopy(placed.T.ravel().tolist())
         self._window.Render()
         width, height = self._size
         colours = vtkUnsignedCharArray()
@@ -144,9 +161,12 @@ class PinholeRasteriser:
         shaders.SetVertexShaderCode(VERTEX_SHADER)
         shaders.SetFragmentShaderCode(FRAGMENT_SHADER)
 
+        clip_from_mesh = vtkMatrix4x4()
+        self._clips.append(clip_from_mesh)
+
         @calldata_type(VTK_OBJECT)
         def set_uniforms(_caller: Any, _event: str, program: Any) -> None:
-            program.SetUniformMatrix("clip_from_world", self._clip_from_world)
+            program.SetUniformMatrix("clip_from_mesh", clip_from_mesh)
 
         mapper.AddObserver(vtkCommand.UpdateShaderEvent, set_uniforms)
         self._renderer.AddActor(actor)

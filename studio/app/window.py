@@ -222,7 +222,7 @@ def live_in_window(plan: LivePlan) -> int:
     live = window.bench.shared(LiveRun)
     assert live is not None
     live.plan = plan
-    live.use(plan.setup, is_simulated=plan.is_simulated)
+    live.use(plan.setup, is_simulated=plan.is_simulated, wears=plan.wears)
     window.bench.set(has_started=True)
     window.show_dock("live")
     live.begin()

@@ -1,4 +1,4 @@
-"""Checks before going live: the camera's stream and its light beside the machine."""
+"""Checks before going live: the camera's stream and its light, the headset, the machine."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from devices.camera.received import CameraState, Received
 from devices.insta360.condition import LOW_BATTERIES
+from studio.live.hololens.checks import headset_checks
 from studio.live.live import LiveSession
 from studio.session.preflight import Check, Probe, checks_for
 
@@ -65,6 +66,7 @@ def live_checks(
         "stream": lambda: _stream(session, sleep, is_simulated=simulated is not None),
         "light": lambda: _light(session, sleep),
         **({"battery": lambda: _battery(session)} if session.status().condition else {}),
+        **({} if session.worn is None else headset_checks(session.worn, sleep=sleep)),
         **machine,
     }
 

@@ -17,11 +17,13 @@ from devices.messages import Event
 from devices.session_info import SessionInfo
 from scenes.memory import return_free_pages
 from scenes.package import ScenePackage
+from scenes.pose import Pose
 from scenes.render.renderer import Renderer
 from scenes.state import LiveSurface
 from studio.live.approach import Approach
 from studio.live.camera_frames import STREAM_ID, CameraFrames, PacketTap, PictureTimes, measured_fps
 from studio.live.changes import Changes
+from studio.live.hololens.worn import WornHeadset
 from studio.live.people.entering import Entrance, People
 from studio.live.people.pictures import SurfacePictures
 from studio.live.placing import Locate, Placed, PlacedCamera, place_camera
@@ -58,6 +60,7 @@ class LiveSession:
         asks: whether a person confirms a doubtful layout and says when to go live and to try again;
             without one, the likeliest layout is taken and it goes live as soon as it can.
         people: hub of those who are connected; None where nobody can join.
+        worn: headset of the local user, which the session begins and ends; None without one.
     """
 
     def __init__(
@@ -72,8 +75,10 @@ class LiveSession:
         record_to: Path | None = None,
         asks: bool = False,
         people: People | None = None,
+        worn: WornHeadset | None = None,
     ) -> None:
         self.scene = scene
+        self.worn = worn
         self.setup = setup
         self.latencies = Latencies()
         self._scene_name = scene_name
@@ -85,7 +90,8 @@ class LiveSession:
         self.tracked: Session | None = None
         """Session that tracks and records; None before the camera is placed."""
         self._asks = asks
-        self._entrance = None if people is None else Entrance(people)
+        everybody = people if worn is None else worn.people(people)
+        self._entrance = None if everybody is None else Entrance(everybody)
         self._pictures = None if people is None else SurfacePictures(people)
         self._ended = threading.Event()
         self._goes_live = threading.Event()
@@ -230,10 +236,11 @@ class LiveSession:
             self._relocation.is_lost,
             None if self._frames is None else self._frames.camera_clock,
             None if self._condition is None else self._condition.last,
+            None if self.worn is None else self.worn.status(),
         )
 
     def _dropped(self) -> int:
-        """Pictures left out so far; those that came while objects were first looked for aside."""
+        """Pictures left out so far, but for those of the first search for objects."""
         return 0 if self.tracked is None else self.tracked.counts[1] - self._first_dropped
 
     def run(self, watch: Callable[[SessionOutput], None]) -> LiveResult:
@@ -247,6 +254,8 @@ class LiveSession:
             ValueError, OSError: an input is bad.
         """
         result: SessionResult | None = None
+        if self.worn is not None:
+            self.worn.start(self._carried)
         try:
             placed = self._approach.run()
             if placed is not None:
@@ -256,10 +265,9 @@ class LiveSession:
             self._tap.close()
             camera = self._receiver.status()
             self._receiver.close()
-            if self._condition is not None:
-                self._condition.close()
-            if self._pictures is not None:
-                self._pictures.close()
+            for part in (self._condition, self._pictures, self.worn):
+                if part is not None:
+                    part.close()
             self._journal.say(LiveState.ENDED, "the session has ended")
         since = self._first_ns or self._end_ns
         return LiveResult(
@@ -339,6 +347,8 @@ class LiveSession:
         assert frames is not None
         if self._entrance is not None:
             self._entrance.publish(output.state)
+        if self.worn is not None and output.shown.world_from_rig is not None:
+            self.worn.see_camera(output.shown.world_from_rig)
         if self._pictures is not None:
             self._pictures.show(output.surfaces, output.now_ns)
         self._journal.add(output.input.events)
@@ -379,6 +389,12 @@ class LiveSession:
         frames.world_from_rig = found.world_from_rig
         self._placed = replace(placed, world_from_rig=found.world_from_rig)
         self._journal.note("camera-placed", found.described())
+
+    def _carried(self, world_from_rig: Pose) -> None:
+        """Look for the camera where its code is seen."""
+        if self._frames is not None and self._placed is not None:
+            self._frames.world_from_rig = world_from_rig
+            self._placed = replace(self._placed, world_from_rig=world_from_rig)
 
     def _not_relocated(self, why: str) -> None:
         self._journal.note("camera-refused", f"the camera was not found: {why}")

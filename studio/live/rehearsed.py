@@ -6,7 +6,7 @@ import json
 import subprocess
 import time
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +15,7 @@ from typing import Any, cast
 
 from devices.camera.receiver import HELD_AFTER_NS
 from scenes.memory import growth_percent, resident_kib
+from scenes.pose import Pose
 from scenes.workers.child_process import ChildProcess, module_command
 from scenes.workers.task import Task
 from sim.camera.camera360 import default_rig
@@ -179,6 +180,11 @@ class RehearsedLive:
     def direct(self) -> None:
         """Begin to cut the camera off as planned, and to watch the memory; returns at once."""
         self._directing.start()
+
+    def true_poses(self) -> list[tuple[int, Mapping[str, Pose]]]:
+        """Wall time and true poses of objects in every picture that was taken."""
+        truth = read_truth(self._truth)
+        return [(row.time.wall_ns, row.world_from_object) for row in truth if row.world_from_object]
 
     def rows(self, result: LiveResult) -> list[Row]:
         """The figures against the truth."""

@@ -4,6 +4,8 @@
 address = "rtmp://:1935/live/room"
 layout = "auto"
 place = "find"
+
+A table [hololens] may follow, see `studio/live/hololens/address.py`.
 """
 
 from __future__ import annotations
@@ -19,6 +21,8 @@ from devices.camera.address import AddressError, CameraAddress, parse_address
 from devices.camera.lenses.layout import LENSES, Arrangement, LensLayout
 from devices.camera.lenses.lens_pictures import USUAL_LENS_DISTANCE_M
 from sim.tables import ScenarioError, Table
+from studio.live.hololens.address import read_worn, worn_text
+from studio.live.hololens.worn import WornPlan
 
 AUTO = "auto"
 """Word for what is found from the pictures."""
@@ -49,6 +53,7 @@ class LiveSetup:
         lens_distance_m: between the lenses of a camera without camera file, along their axis.
         place: how the camera's pose is found.
         calibrates: whether lenses and pose are fitted to the room before going live.
+        hololens: of the local user; None where there is none.
     """
 
     camera: CameraAddress
@@ -58,6 +63,7 @@ class LiveSetup:
     lens_distance_m: float = USUAL_LENS_DISTANCE_M
     place: Place = Place.FIND
     calibrates: bool = True
+    hololens: WornPlan | None = None
 
 
 def read_setup(path: Path) -> LiveSetup:
@@ -84,6 +90,7 @@ def read_setup(path: Path) -> LiveSetup:
             ),
             place=_place(camera),
             calibrates=camera.text("calibration", AUTO) != "off",
+            hololens=read_worn(top.table("hololens")) if "hololens" in values else None,
         )
         camera.done()
         top.done()
@@ -109,7 +116,8 @@ def setup_text(setup: LiveSetup) -> str:
     if not setup.calibrates:
         values["calibration"] = "off"
     # What JSON writes of a text or a number, TOML reads the same.
-    return "[camera]\n" + "".join(f"{key} = {json.dumps(value)}\n" for key, value in values.items())
+    text = "[camera]\n" + "".join(f"{key} = {json.dumps(value)}\n" for key, value in values.items())
+    return text if setup.hololens is None else text + worn_text(setup.hololens)
 
 
 def address_text(address: CameraAddress) -> str:

@@ -16,6 +16,7 @@ from devices.clock_mapping import ClockEstimate
 from devices.insta360.condition import CameraCondition
 from devices.messages import Event
 from studio.live.changes import Change
+from studio.live.hololens.worn import WornStatus
 from studio.live.placing import PlacedCamera
 from studio.session.latency import Latencies, StageTime
 from studio.session.session import SessionResult
@@ -72,6 +73,7 @@ class LiveStatus:
         camera_clock: the camera's clock on the session's; None before enough was seen of it, or
             where the stream has no times.
         condition: battery, card and clock of a camera that says them; else None.
+        headset: the local user's; None without one.
     """
 
     state: LiveState
@@ -90,6 +92,7 @@ class LiveStatus:
     is_camera_lost: bool = False
     camera_clock: ClockEstimate | None = None
     condition: CameraCondition | None = None
+    headset: WornStatus | None = None
 
 
 class Journal:

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scenes.workers.task import Task
+from studio.verbs.hololens_flags import add_hololens_flags, save_worn, wearing_of, with_hololens
 from studio.verbs.people_flags import add_people_flags, hosting_of, sharing_of
 from studio.verbs.result_flags import add_result_flags, check_free, next_free
 
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from devices.hub.server import Hub
     from scenes.package import ScenePackage
     from studio.console.rows import Row
+    from studio.live.hololens.wearing import Wearing
     from studio.live.live import LiveSession
     from studio.live.people.crowd import Crowd
     from studio.live.rehearsed import RehearsedLive
@@ -66,6 +68,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seconds", type=float, metavar="N", help="end after so long live")
     parser.add_argument("--headless", action="store_true", help="without a window")
     parser.add_argument("--no-record", action="store_true", help="leave no recording")
+    add_hololens_flags(parser)
     add_people_flags(parser)
     add_result_flags(parser, DEFAULT_OUT)
     parser.add_argument("--json", action="store_true", help="print the figures as JSON")
@@ -100,6 +103,7 @@ def run(args: argparse.Namespace) -> int:
             records=not args.no_record,
             hosting=hosting,
             sharing=sharing_of(args),
+            wears=args.hololens is not None,
         )
         return live_in_window(plan)
     if no_window:
@@ -131,12 +135,13 @@ def setup_of(args: argparse.Namespace) -> LiveSetup:
     from studio.live.setup import LiveSetup, Place, parse_layout, read_setup
 
     if args.devices is not None:
-        return read_setup(args.devices)
+        return with_hololens(read_setup(args.devices), args)
     # A simulated camera pushes to a port of its own: several sessions can run beside each other.
     address = "rtmp://127.0.0.1:0/live/room" if args.simulated else args.camera or DEFAULT_CAMERA
-    return LiveSetup(
+    setup = LiveSetup(
         parse_address(address), layout=parse_layout(args.layout), place=Place(args.place)
     )
+    return with_hololens(setup, args)
 
 
 def _headless(args: argparse.Namespace) -> int:
@@ -160,18 +165,21 @@ def _headless(args: argparse.Namespace) -> int:
     renderer, clock, tokens = NativeRenderer(), WallClock(), Tokens()
     with ExitStack() as stack:
         hub = _hub(args, scene, clock=clock, stack=stack, tokens=tokens)
+        setup = setup_of(args)
+        wearing = wearing_of(args, setup, scene=scene, clock=clock, hub=hub, stack=stack, say=_say)
         session = LiveSession(
             args.scene,
             scene,
-            setup_of(args),
+            setup,
             clock=clock,
             renderer=renderer,
             locate=RoomLocator(scene, renderer),
             record_to=None if args.no_record else recording_in(out),
             people=_shared(args, scene, hub=hub, clock=clock, stack=stack) or hub,
+            worn=None if wearing is None else wearing.worn,
         )
         crowd = _crowd(args, session, hub=hub, stack=stack, clock=clock, tokens=tokens)
-        rehearsed = _rehearsed(args, session, stack=stack, crowd=crowd)
+        rehearsed = _rehearsed(args, session, stack=stack, crowd=crowd, wearing=wearing)
         if rehearsed is None and session.status().listening_at:
             _say(f"enter in the camera: {session.status().listening_at}")
         simulated = None if rehearsed is None else lambda: "it streams"
@@ -179,18 +187,28 @@ def _headless(args: argparse.Namespace) -> int:
         save_checks(checks, out / "preflight.json")
         _print_checks(checks)
         _say_how_to_join(args, hub)
+        if wearing is not None and wearing.simulated is not None and hub is not None:
+            wearing.simulated.let_point(hub, lambda: session.status().live_s)
         result = _play(session, rehearsed, args, hub=hub)
         rows = live_rows(result)
         if rehearsed is not None:
             rows += rehearsed.rows(result)
         if crowd is not None:
             rows += crowd.rows()
+        if wearing is not None:
+            rows += wearing.rows(() if rehearsed is None else rehearsed.true_poses())
+            save_worn(args, wearing, scene=scene, out=out, say=_say)
     path = write_report(out, result, rows, scene=args.scene, checks=checks)
     return _print_figures(args, rows, report=path, failure=result.recording_failure)
 
 
 def _rehearsed(
-    args: argparse.Namespace, session: LiveSession, *, stack: ExitStack, crowd: Crowd | None
+    args: argparse.Namespace,
+    session: LiveSession,
+    *,
+    stack: ExitStack,
+    crowd: Crowd | None,
+    wearing: Wearing | None,
 ) -> RehearsedLive | None:
     """Begin the simulated camera, until the stack is left, and wait for its stream."""
     from studio.live.rehearsed import RehearsedLive, usual_feed
@@ -204,7 +222,10 @@ def _rehearsed(
             usual_feed(args.scene, args.scenario, args.seed),
             truth=truth,
             seconds=args.seconds,
-            apart=lambda: () if crowd is None else crowd.process_ids,
+            apart=lambda: (
+                *(() if crowd is None else crowd.process_ids),
+                *(() if wearing is None else wearing.process_ids),
+            ),
         )
     )
     rehearsed.wait_for_stream(_say)

@@ -66,7 +66,7 @@ def hosting_of(args: argparse.Namespace) -> Hosting | None:
     from studio.live.people.hosting import Hosting
 
     if args.people is None and not args.people_open:
-        if not args.clients:
+        if not (args.clients or (args.simulated and args.hololens == "")):
             return None
         invitations = 0
     else:

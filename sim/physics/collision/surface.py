@@ -108,6 +108,33 @@ def rescanned(surface: Surface, region_m: Array, triangles: Array) -> Change:
     for cell, more in _by_cell(added, grid).items():
         pieces[cell] = np.concatenate([pieces[cell], more]) if cell in pieces else more
         touched.add(cell)
+    return _changed(surface, pieces, touched=touched)
+
+
+def exchanged(surface: Surface, cells: Mapping[Cell, Array]) -> Change:
+    """The surface after the content of some cells was exchanged.
+
+    Args:
+        surface: as it was.
+        cells: (T, 3, 3) pieces of the grid's frame by cell, each within it; all that is there then,
+            possibly nothing.
+    """
+    pieces = dict(surface.pieces)
+    for cell, content in cells.items():
+        pieces.pop(cell, None)
+        if len(content):
+            pieces[cell] = content
+    return _changed(surface, pieces, touched=set(cells))
+
+
+def pieces_of(triangles: Array, grid: Grid) -> dict[Cell, Array]:
+    """Triangles (T, 3, 3) of the world as pieces of a grid's frame, by the cell they lie in."""
+    return _by_cell(cut_at_grid(grid.from_world(triangles.reshape(-1, 3, 3)), grid.cell_m), grid)
+
+
+def _changed(surface: Surface, pieces: Mapping[Cell, Array], *, touched: set[Cell]) -> Change:
+    """The surface with other pieces in the touched cells."""
+    grid = surface.grid
     again = [pieces[cell] for cell in sorted(touched) if cell in pieces]
     fresh = fit_patches(np.concatenate(again) if again else np.zeros((0, 3, 3)), grid)
     fresh = fresh.chosen(off_planes(fresh, surface.planes))

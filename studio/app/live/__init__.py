@@ -1,5 +1,6 @@
 """The live session in the window: address, layout, checks, one button, how it goes.
 
 `dock.py` of `head.py` (state, the one button, banner), `camera_view.py` (what the camera shows),
-`camera_page.py` (which camera), `words.py` (states and banners in words).
+`camera_page.py` (which camera), `headset_page.py` `headset_words.py` (the local user's HoloLens),
+`words.py` (states and banners in words).
 """

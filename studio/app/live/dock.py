@@ -25,6 +25,7 @@ from studio.app.devices.tracker_options import TrackerOptionsForm
 from studio.app.live.camera_page import CameraPage
 from studio.app.live.camera_view import CameraView
 from studio.app.live.head import LiveHead
+from studio.app.live.headset_page import HeadsetPage
 from studio.app.live.words import banner_of
 from studio.app.model.jobs.live_job import LiveJob
 from studio.app.model.runs.live_run import LiveRun
@@ -66,7 +67,9 @@ class LiveDock(QWidget):
         self.camera = CameraView(bench)
         self.tabs = QTabWidget()
         self.page = CameraPage(bench, self.live)
+        self.headset = HeadsetPage(bench, self.live)
         self.tabs.addTab(_scrolled(self.page), "Camera")
+        self.tabs.addTab(_scrolled(self.headset), "HoloLens")
         self.tabs.addTab(self._make_checks(), "Checks")
         self.tabs.addTab(_scrolled(self._make_delays()), "Delay")
         self.tabs.addTab(_scrolled(self._make_tracker()), "Tracker")
@@ -157,6 +160,7 @@ class LiveDock(QWidget):
         if session is None or status is None:
             self.head.show_idle(job)
             self.camera.show_idle()
+            self.headset.refresh()
             return
         if status.state != self._state:
             self._state = status.state
@@ -172,6 +176,8 @@ class LiveDock(QWidget):
         whole = stages.pop("whole", None)
         self.latency.show_stages(tuple(stages.values()), whole)
         self.page.refresh()
+        self.headset.refresh()
+        self.headset.show_session(session, status)
 
     def _take_checks(self, job: LiveJob) -> None:
         checks = job.found.take()
@@ -202,6 +208,7 @@ class LiveDock(QWidget):
     def _on_settings(self) -> None:
         self.head.recolour()
         self.camera.recolour()
+        self.headset.recolour()
         if self._job is not None and self._job.checks:
             self.checks.show_checks(self._job.checks, THEMES[self._bench.settings.theme])
 

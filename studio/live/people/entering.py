@@ -257,5 +257,6 @@ def _rounded(avatar: Avatar) -> Avatar:
     return replace(
         avatar,
         hands=tuple(np.round(hand, DIGITS) for hand in avatar.hands),
+        gaze=None if avatar.gaze is None else np.round(avatar.gaze, DIGITS),
         ray=None if avatar.ray is None else np.round(avatar.ray, DIGITS),
     )

@@ -83,7 +83,12 @@ class _Gathered:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Candidate:
+class CodeCandidate:
+    """A code as a reader gives it: what it says, and corners (4, 2) to whole pixels.
+
+    It is seen in a mirror where there is no symbol.
+    """
+
     payload: str
     symbol: Symbol | None
     corners_px: FloatArray
@@ -123,7 +128,7 @@ def _in_photo(view: View) -> list[tuple[str, Sighting | Refusal, Symbol | None]]
     if not isinstance(view.camera, Pinhole):
         return []
     grey = _grey(view)
-    candidates = [*_qr_codes(grey), *_april_tags(grey)]
+    candidates = [*qr_codes(grey), *april_tags(grey)]
     payloads = [c.payload for c in candidates]
     results: list[tuple[str, Sighting | Refusal, Symbol | None]] = []
     for candidate in candidates:
@@ -134,7 +139,7 @@ def _in_photo(view: View) -> list[tuple[str, Sighting | Refusal, Symbol | None]]
             reason = "it is mirrored; switch off the front camera's mirror picture and film again"
             outcome = Refusal(view.name, reason)
         else:
-            outcome = _measure(
+            outcome = measure_code(
                 view.name, grey, candidate.symbol, candidate.corners_px, was_read=True
             )
         results.append((candidate.payload, outcome, candidate.symbol))
@@ -145,7 +150,7 @@ def _grey(view: View) -> NDArray[np.uint8]:
     return np.asarray(cv2.cvtColor(read_picture(view), cv2.COLOR_RGB2GRAY), dtype=np.uint8)
 
 
-def _qr_codes(grey: NDArray[np.uint8]) -> list[_Candidate]:
+def qr_codes(grey: NDArray[np.uint8]) -> list[CodeCandidate]:
     """Read codes with corners as zxing-cpp gives them: whole pixels.
 
     A picture that is not large is read at twice its size as well, where smaller codes are read.
@@ -159,32 +164,41 @@ def _qr_codes(grey: NDArray[np.uint8]) -> list[_Candidate]:
     return found
 
 
-def _read(grey: NDArray[np.uint8], enlarged: int) -> list[_Candidate]:
+def _read(grey: NDArray[np.uint8], enlarged: int) -> list[CodeCandidate]:
     found = []
     for barcode in zxingcpp.read_barcodes(grey, formats=QR_FORMATS):
         p = barcode.position
         corners = [(c.x, c.y) for c in (p.top_left, p.top_right, p.bottom_right, p.bottom_left)]
         corners_px = np.array(corners, dtype=np.float64) / enlarged
-        found.append(_Candidate(barcode.text, symbol_of(barcode), corners_px))
+        found.append(CodeCandidate(barcode.text, symbol_of(barcode), corners_px))
     return found
 
 
-def _april_tags(grey: NDArray[np.uint8]) -> list[_Candidate]:
+def april_tags(grey: NDArray[np.uint8]) -> list[CodeCandidate]:
+    """Find tags of the family 36h11, with corners as OpenCV gives them."""
     family = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_APRILTAG_36h11)
     corners, numbers, _ = cv2.aruco.ArucoDetector(family).detectMarkers(grey)
     if numbers is None:
         return []
     symbols = [april_tag(int(number)) for number in np.ravel(numbers)]
     return [
-        _Candidate(symbol.payload, symbol, c.reshape(4, 2).astype(np.float64) + 0.5)
+        CodeCandidate(symbol.payload, symbol, c.reshape(4, 2).astype(np.float64) + 0.5)
         for symbol, c in zip(symbols, corners, strict=True)
     ]
 
 
-def _measure(
+def measure_code(
     view: str, grey: NDArray[np.uint8], symbol: Symbol, start_px: FloatArray, *, was_read: bool
 ) -> Sighting | Refusal:
-    """The sighting, or why there is none."""
+    """Measure a code's corners in a picture: the sighting, or why there is none.
+
+    Args:
+        view: name of the picture.
+        grey: (H, W) its luminance.
+        symbol: what is printed there.
+        start_px: (4, 2) corners, right to half a module.
+        was_read: whether the code was read there, not only expected there.
+    """
     shortest = float(np.linalg.norm(start_px - np.roll(start_px, 1, axis=0), axis=1).min())
     if shortest < MIN_MODULE_PX * symbol.modules:
         return Refusal(
@@ -242,7 +256,7 @@ def _look_again(views: tuple[View, ...], found: dict[str, _Gathered], progress: 
         if isinstance(view.camera, Pinhole):
             grey = _grey(view)
             for gathered, symbol, corners in wanted:
-                outcome = _measure(name, grey, symbol, corners, was_read=False)
+                outcome = measure_code(name, grey, symbol, corners, was_read=False)
                 if isinstance(outcome, Sighting) and _is_near(outcome.corners_px, corners, symbol):
                     gathered.sightings.append(outcome)
         progress(0.6 + 0.4 * (number + 1) / len(expected), f"Looking again in {name}")

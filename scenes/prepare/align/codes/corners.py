@@ -202,7 +202,9 @@ class _Fit:
         variance = float((weights * after * after).sum() / weights.sum())
         corner_variance = CORRELATED**2 * variance * np.diag(inverse)[:8].reshape(4, 2)
         sigma_px = np.sqrt(np.maximum(corner_variance.mean(axis=1), 0.0))
-        correlation = float(np.corrcoef(shades @ shading, wanted)[0, 1])
+        shown = shades @ shading
+        is_blank = float(np.std(shown)) < 1e-9 or float(np.std(wanted)) < 1e-9
+        correlation = 0.0 if is_blank else float(np.corrcoef(shown, wanted)[0, 1])
         return change[:10], sigma_px, correlation
 
     def _draw(self, px_from_printed: FloatArray, blur_px: float) -> Floats:

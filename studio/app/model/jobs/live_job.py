@@ -20,6 +20,7 @@ if TYPE_CHECKING:  # what a session needs takes a second to import: not before t
     from devices.hub.server import Hub
     from scenes.package import ScenePackage
     from scenes.state import LiveSurface
+    from studio.live.hololens.wearing import Wearing
     from studio.live.live import LiveSession
     from studio.live.people.doors import Doors
     from studio.live.people.entering import People
@@ -54,6 +55,7 @@ class LivePlan:
         records: whether it leaves a recording.
         hosting: how people join; None where they cannot.
         sharing: with which sites it is shared; None for none.
+        wears: whether the local user wears a HoloLens; a simulated one where the setup has none.
     """
 
     scene: str
@@ -66,6 +68,7 @@ class LivePlan:
     records: bool = True
     hosting: Hosting | None = None
     sharing: Sharing | None = None
+    wears: bool = False
 
 
 class LiveJob(SceneJob):
@@ -97,6 +100,7 @@ class LiveJob(SceneJob):
         self._given = opened
         self._is_closing = False
         self._rehearsed: RehearsedLive | None = None
+        self._wearing: Wearing | None = None
         self._checker: Task[None] | None = None
         self._over = threading.Event()
 
@@ -214,6 +218,7 @@ class LiveJob(SceneJob):
         if hosting is not None:
             hub = doors.open(hosting)
             self._joining = join_line(hub, hosting, invitations=invitations_for(hub, hosting))
+        self._wearing = self._worn(scene, doors, clock=clock, stack=stack)
         live = LiveSession(
             plan.scene,
             scene,
@@ -224,6 +229,7 @@ class LiveJob(SceneJob):
             record_to=recording_in(plan.out) if plan.records else None,
             asks=True,
             people=self._shared(scene, doors, clock=clock, stack=stack),
+            worn=None if self._wearing is None else self._wearing.worn,
         )
         if self._options != live.options:
             live.adjust_tracker(self._options)
@@ -233,6 +239,26 @@ class LiveJob(SceneJob):
         if self._cancelled.is_set():
             live.end()
         return live
+
+    def _worn(
+        self, scene: ScenePackage, doors: Doors, *, clock: Clock, stack: ExitStack
+    ) -> Wearing | None:
+        """Return the local user's headset, until the stack is left."""
+        from studio.live.hololens.wearing import worn_for
+
+        plan = self.plan
+        if not plan.wears:
+            return None
+        return worn_for(
+            plan.setup.hololens,
+            scene,
+            scene_name=plan.scene,
+            seed=plan.seed,
+            clock=clock,
+            hub=lambda: doors.hub,
+            stack=stack,
+            say=self.lines.put,
+        )
 
     def _shared(
         self, scene: ScenePackage, doors: Doors, *, clock: Clock, stack: ExitStack
@@ -267,6 +293,10 @@ class LiveJob(SceneJob):
         rows = live_rows(result)
         if self._rehearsed is not None and not self._is_closing:
             rows += self._rehearsed.rows(result)
+        if self._wearing is not None and not self._is_closing:
+            rehearsed = self._rehearsed
+            rows += self._wearing.rows(() if rehearsed is None else rehearsed.true_poses())
+            self._wearing.save(plan.out)
         checks = self.checks
         self.report = write_report(plan.out, result, rows, scene=plan.scene, checks=checks)
         if result.recording is not None and result.recording.exists():

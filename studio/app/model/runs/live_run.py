@@ -34,12 +34,16 @@ class LiveChoice:
         layout: such as "side_by_side 0 0", or "auto".
         place: "find", or "scan" where the camera stands as in the scan.
         is_simulated: whether a simulated camera is used instead.
+        wears: whether the local user wears a HoloLens; a simulated one with a simulated camera.
+        headset: its address.
     """
 
     address: str = DEFAULT_CAMERA
     layout: str = "auto"
     place: str = "find"
     is_simulated: bool = False
+    wears: bool = False
+    headset: str = ""
 
 
 class Step(StrEnum):
@@ -125,6 +129,7 @@ class LiveRun:
             AddressError, ValueError: address or layout is none; the message says what it could be.
         """
         from devices.camera.address import parse_address
+        from studio.live.hololens.address import worn_again
         from studio.live.setup import LiveSetup, Place, parse_layout
 
         choice = self.choice
@@ -135,6 +140,9 @@ class LiveRun:
             camera=parse_address(address),
             layout=parse_layout(choice.layout),
             place=Place(choice.place),
+            hololens=worn_again(setup.hololens, choice.headset)
+            if choice.wears and not choice.is_simulated
+            else None,
         )
 
     def command(self) -> str:
@@ -149,6 +157,8 @@ class LiveRun:
             words += ["--layout", choice.layout]
         if choice.place != "find":
             words += ["--place", choice.place]
+        if choice.wears:
+            words += ["--hololens"] if choice.is_simulated else ["--hololens", choice.headset]
         return shlex.join(words)  # without --out it finds a folder that is free
 
     # What can be done.
@@ -164,7 +174,7 @@ class LiveRun:
         self.choice = choice
         self._bench.announce(Topic.SESSION)
 
-    def use(self, setup: LiveSetup, *, is_simulated: bool = False) -> None:
+    def use(self, setup: LiveSetup, *, is_simulated: bool = False, wears: bool = False) -> None:
         """Ask for the devices of a file or of a command line."""
         from studio.live.setup import address_text, layout_text
 
@@ -175,6 +185,8 @@ class LiveRun:
                 layout_text(setup.layout),
                 str(setup.place),
                 is_simulated,
+                wears or setup.hololens is not None,
+                "" if setup.hololens is None else setup.hololens.headset.host,
             )
         )
 
@@ -196,6 +208,7 @@ class LiveRun:
         plan = LivePlan(scene, setup, self._run.out, choice.is_simulated, seed=bench.document.seed)
         if asked is not None and choice.is_simulated == asked.is_simulated:
             plan = replace(asked, scene=scene, setup=setup)
+        plan = replace(plan, wears=choice.wears)
         plan = replace(plan, out=self._run.new_folder("live"))
         self.layout = None
         self._goes_live = plan.seconds is not None

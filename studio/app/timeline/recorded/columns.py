@@ -130,8 +130,12 @@ def track_of_row(object_id: str, t_ns: int, row: NDArray[np.float64]) -> Tracked
     )
 
 
+NO_RAY = [float("nan")] * 6
+"""Numbers of a ray where there is a gaze and no ray."""
+
+
 def avatar_row(avatar: Avatar, role: int) -> list[float]:
-    """A person as numbers: head, role, hands with their counts, ray if there is one.
+    """A person as numbers: head, role, hands with their counts, ray and gaze if there are any.
 
     Args:
         avatar: the person.
@@ -140,8 +144,10 @@ def avatar_row(avatar: Avatar, role: int) -> list[float]:
     row = [*pose_row(avatar.world_from_head), float(role), float(len(avatar.hands))]
     for hand in avatar.hands:
         row += [float(len(hand)), *hand.ravel().tolist()]
-    if avatar.ray is not None:
-        row += avatar.ray.ravel().tolist()
+    if avatar.ray is not None or avatar.gaze is not None:
+        row += NO_RAY if avatar.ray is None else avatar.ray.ravel().tolist()
+    if avatar.gaze is not None:
+        row += avatar.gaze.ravel().tolist()
     return row
 
 
@@ -153,5 +159,7 @@ def avatar_of_row(user_id: str, roles: Sequence[str], row: NDArray[np.float64]) 
         end = at + 1 + 3 * int(row[at])
         hands.append(row[at + 1 : end].reshape(-1, 3).copy())
         at = end
-    ray = row[at:].reshape(2, 3).copy() if at < len(row) else None
-    return Avatar(user_id, role, pose_of_row(row), tuple(hands), ray)
+    rays = [row[k : k + 6].reshape(2, 3).copy() for k in range(at, len(row), 6)]
+    ray = rays[0] if rays and not np.isnan(rays[0]).any() else None
+    gaze = rays[1] if len(rays) > 1 else None
+    return Avatar(user_id, role, pose_of_row(row), tuple(hands), ray, gaze=gaze)

@@ -1,0 +1,136 @@
+"""A simulated HoloLens and a remote person who points, as a process: JSON lines of what truly is.
+
+`python -m studio.live.hololens.simulated.stand_in lab --seed 0` prints its ports, then four times a
+second the true clock and the true place of its world. A line `join URL CODE [ROOT.pem]` on its
+input lets somebody join that hub who points at legs of objects; it says how long each took to be
+seen on the headset, and where. It ends with its input.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import threading
+import time
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from devices.clock import WallClock
+from devices.hololens.wire.packets import TICK_NS
+from scenes.package.records import pose_to_json
+from scenes.samples import sample_room
+from scenes.workers.task import Task
+from sim.hololens.faults import read_hololens_faults
+from sim.hololens.holograms import Hologram
+from sim.hololens.simulator import Simulator, SimulatorPlan
+from sim.hololens.wearer import Stroller
+from studio.live.hololens.simulated.pointing import Pointer, leg_of
+
+EVERY_S = 0.25
+"""Seconds between two lines of truth."""
+
+SHOWN_EVERY = 8
+"""Lines of truth between two of all that the headset shows."""
+
+FAULTS = (
+    "jitter",
+    "drift",
+    "slide:at=5,for=3600,size=0.0002",
+    *(f"box:at={at},for=10" for at in range(20, 1000, 20)),
+)
+"""Faults of the usual headset: a network's jitter, a clock that is off by 50 ppm, a world that
+slides by a centimetre in 50 s, and a box that somebody puts there and takes away again."""
+
+
+def main(words: Sequence[str]) -> int:
+    """Run it until its input ends."""
+    parser = argparse.ArgumentParser(prog="stand_in")
+    parser.add_argument("scene")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--fault", action="append", default=[])
+    args = parser.parse_args(words)
+    room = sample_room(args.scene)
+    targets = [tuple(code.world_from_code.translation.tolist()) for code in room.codes]
+    targets += [tuple((o.world_from_object @ np.array([0, 0, 0.5])).tolist()) for o in room.objects]
+    x, y = room.footprint_m.mean(axis=0).tolist()
+    clock = WallClock()
+    plan = SimulatorPlan(
+        room,
+        wearer=Stroller(args.seed, (x, y), targets),
+        faults=read_hololens_faults(args.fault or FAULTS),
+        seed=args.seed,
+    )
+    simulator = Simulator(plan, clock)
+    pointers: list[Pointer] = []
+    try:
+        _say({"event": "started", "ports": _ports(simulator)})
+        truth = Task("truth", lambda task: _tell_truth(simulator, clock, task=task)).start()
+        chairs = [item for item in room.objects if item.kind == "chair"] or room.objects
+        legs = {item.object_id: leg_of(item) for item in chairs}
+        for line in sys.stdin:
+            word, *rest = line.split()
+            if word == "join" and len(rest) >= 2 and not pointers:
+                pointers.append(Pointer(rest, legs, simulator=simulator, say=_say))
+                pointers[0].start()
+        truth.cancel()
+    finally:
+        for pointer in pointers:
+            pointer.end()
+        simulator.close()
+    return 0
+
+
+def _ports(simulator: Simulator) -> dict[str, int]:
+    ports = simulator.ports
+    return {
+        "configuration": ports.configuration,
+        "video": ports.video,
+        "body": ports.body,
+        "surfaces": ports.surfaces,
+        "display": ports.display,
+    }
+
+
+def _tell_truth(simulator: Simulator, clock: WallClock, *, task: Task[None]) -> None:
+    number = 0
+    while not task.pause(EVERY_S):
+        number += 1
+        if number % SHOWN_EVERY == 0:
+            _say({"event": "shown", "items": [_item(e) for e in simulator.holograms.shown()]})
+        now_ns, perf_ns = clock.now_ns(), time.perf_counter_ns()
+        _say(
+            {
+                "event": "truth",
+                "perf_ns": perf_ns,
+                "device_ns": simulator.world.ticks(now_ns) * TICK_NS,
+                "room_from_world": pose_to_json(simulator.room_from_world()),
+                "items": len(simulator.holograms.shown()),
+                "lists": simulator.holograms.lists,
+            }
+        )
+
+
+def _item(each: Hologram) -> dict[str, Any]:
+    return {
+        "shape": each.shape,
+        "pose": pose_to_json(each.world_from_item),
+        "scale": each.scale.tolist(),
+        "colour": list(each.colour),
+        "text": each.text,
+    }
+
+
+_saying = threading.Lock()
+
+
+def _say(values: dict[str, Any]) -> None:
+    with _saying:
+        sys.stdout.write(json.dumps(values, separators=(",", ":")) + "\n")
+        sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    raise SystemExit(main(sys.argv[1:]))

@@ -1,0 +1,22 @@
+"""A remote person who points at legs."""
+
+import numpy as np
+
+from devices.hub.wire import decode_body, encode_body
+from scenes.frames import WORLD_FROM_GLTF
+from scenes.samples import sample_room
+from studio.live.hololens.simulated.pointing import body_at, leg_of
+
+
+def test_a_leg_is_at_a_corner_of_the_chair_above_the_floor():
+    chair = next(item for item in sample_room("lab").objects if item.kind == "chair")
+    x, y, z = leg_of(chair)
+    assert 0.12 < x < 0.24
+    assert 0.12 < y < 0.24
+    assert z == 0.2
+
+
+def test_the_ray_ends_at_the_place():
+    end = np.array([0.4, -0.3, 0.2])
+    body = decode_body(encode_body(body_at(end, seq=3)))
+    assert np.allclose(WORLD_FROM_GLTF @ body.ray[1], end, atol=1e-5)
