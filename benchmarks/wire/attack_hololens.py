@@ -10,8 +10,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
-from benchmarks.wire.attack import HostilePeer
-from benchmarks.wire.attack_hub import resident_bytes
+from benchmarks.wire.attack_hub import HostilePeer, resident_bytes
 from benchmarks.wire.fuzz_hololens import (
     body_packets,
     mapping_requests,

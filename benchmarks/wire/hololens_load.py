@@ -57,7 +57,7 @@ class SimulatorProcess:
         command = ("simulate", "hololens", "lab", "--any-ports", "--json", *words)
         self._process = ChildProcess(
             module_command("studio.cli", *command),
-            heard=self._hear,
+            on_line=self._hear,
             last_words=20,
             environment=module_environment(),
         )

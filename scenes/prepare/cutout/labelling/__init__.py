@@ -1,1 +1,1 @@
-"""Which splats are the object: by surfaces that photos agree about, or by votes of few views."""
+"""Labels of splats: the object, by surfaces that photos agree about, or by votes of few views."""

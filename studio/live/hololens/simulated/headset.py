@@ -88,7 +88,7 @@ class SimulatedHeadset:
         self._process = ChildProcess(
             module_command("studio.live.hololens.simulated.stand_in", *words),
             stdin=subprocess.PIPE,
-            heard=self._hear,
+            on_line=self._hear,
             last_words=LAST_WORDS,
             environment=module_environment(),
         )

@@ -6,7 +6,6 @@ import io
 
 import numpy as np
 
-from devices.camera.stream_decoder import picture_from_rgb  # now tests.stream_pictures
 from devices.hololens.camera.received import (
     PICTURE,
     STATUS,
@@ -25,6 +24,7 @@ from devices.hololens.camera.stream import DecodedVideo
 from devices.hololens.values import StreamState, StreamStatus
 from devices.hololens.wire.packets import Packet
 from devices.hololens.wire.personal_video import VideoTrailer
+from tests.stream_pictures import picture_from_rgb
 
 
 def test_messages_come_back_in_order():
