@@ -100,7 +100,7 @@ def measure_walk(
             continue
         first_s = picture.t_ns / 1e9 if math.isnan(first_s) else first_s
         if len(ever) >= codes:
-            off = origin.glide.shown.inverse() @ picture.device_from_world
+            off = origin.glide.b_from_a.inverse() @ picture.device_from_world
             way = 1e3 * float(np.linalg.norm(off @ middle - middle))
             errors.append((way, math.degrees(rotation_angle(off.rotation)), 1e3 * origin.sigma_m))
     table = np.array(errors) if errors else np.full((1, 3), np.nan)

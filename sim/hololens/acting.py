@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from devices.clock import Clock
 from devices.hololens.values import HandJoints, Joint, Ray
-from scenes.frames import look_at
+from scenes.frames import OPENGL_FROM_OPENCV, look_at
 from scenes.mesh import PhysicalRoom
 from scenes.pose import Pose, interpolate
 from scenes.state import Avatar
@@ -174,7 +174,7 @@ def _hand_at(joints: Array, head: Pose, *, resting: Array) -> HandJoints | None:
     return HandJoints(positions, rotations, radii, np.ones(len(positions), np.bool_))
 
 
-_FINGERS_AHEAD = np.diag([1.0, -1.0, -1.0])
+_FINGERS_AHEAD = OPENGL_FROM_OPENCV.rotation
 """Axes of a joint from those of a level camera: y out of the back of the hand, -z ahead."""
 
 

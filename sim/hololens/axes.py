@@ -18,9 +18,9 @@ NOT_LOCATED: Rows = np.zeros((4, 4), np.float32)
 """Pose that is sent where the headset does not know where it is."""
 
 
-def rows_of(pose: Pose) -> Rows:
+def rows_of(a_from_b: Pose) -> Rows:
     """Return a pose between two frames of the headset's axes as a matrix for row vectors."""
-    return pose.matrix().T.astype(np.float32)
+    return a_from_b.matrix().T.astype(np.float32)
 
 
 def surface_rows(world_from_surface: Pose) -> Rows:

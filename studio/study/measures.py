@@ -154,7 +154,9 @@ def moving_measures(seen: Seen, *, ends_at_rest: bool) -> list[Measure]:
     found: list[Measure] = []
     moves_of: dict[str, int] = {}
     for name, rows in seen.tracks.items():
-        moves_of[name] = moves(rows, first=seen.before.get(name), ends_at_rest=ends_at_rest)
+        moves_of[name] = moves(
+            rows, world_from_first=seen.before.get(name), ends_at_rest=ends_at_rest
+        )
         found.append(Measure("object_moves", float(moves_of[name]), name))
         sure = np.mean([not is_flagged for _, _, is_flagged in rows])
         found.append(Measure("object_sure_share", float(sure), name))
@@ -167,17 +169,17 @@ def moving_measures(seen: Seen, *, ends_at_rest: bool) -> list[Measure]:
 def moves(
     rows: Iterable[tuple[int, Pose, bool]],
     *,
-    first: Pose | None = None,
+    world_from_first: Pose | None = None,
     ends_at_rest: bool = False,
 ) -> int:
     """Return how often an object came to rest elsewhere than it had rested before.
 
     Args:
         rows: time in ns, pose, and whether it is doubted; doubted poses are no rest.
-        first: where it rested before; None for where it is first.
+        world_from_first: where it rested before; None for where it is first.
         ends_at_rest: whether it rests where it is last.
     """
-    rested, count = first, 0
+    rested, count = world_from_first, 0
     since_ns, at = 0, None
     for t_ns, pose, is_flagged in rows:
         if rested is None:

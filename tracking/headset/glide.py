@@ -23,38 +23,38 @@ class Glide:
     """A shown pose on its way.
 
     Attributes:
-        shown: the pose.
+        b_from_a: the pose that is shown.
         t_ns: when.
     """
 
-    shown: Pose
+    b_from_a: Pose
     t_ns: int
 
 
-def glided(known: Glide | None, wanted: Pose, *, t_ns: int, about: np.ndarray) -> Glide:
-    """Return what is shown at a later time of a pose `b_from_a` that is wanted.
+def glided(known: Glide | None, b_from_a: Pose, *, t_ns: int, about: np.ndarray) -> Glide:
+    """Return what is shown at a later time of a pose that is wanted.
 
     Args:
         known: what was shown; None begins at once.
-        wanted: the estimate.
+        b_from_a: the estimate.
         t_ns: when it is to be shown.
         about: (3,) in a: a place whose way counts, near what people look at.
     """
     if known is None:
-        return Glide(wanted, t_ns)
+        return Glide(b_from_a, t_ns)
     passed_s = max(t_ns - known.t_ns, 0) * 1e-9
     if passed_s == 0.0:
         return known
-    turn = wanted.rotation @ known.shown.rotation.T
-    way = wanted @ about - known.shown @ about
+    turn = b_from_a.rotation @ known.b_from_a.rotation.T
+    way = b_from_a @ about - known.b_from_a @ about
     length, angle = float(np.linalg.norm(way)), rotation_angle(turn)
     share = min(
         _share(length, SPEED_M_PER_S, passed_s=passed_s),
         _share(angle, SPEED_RAD_PER_S, passed_s=passed_s),
     )
     vector = np.asarray(cv2.Rodrigues(turn)[0], dtype=np.float64).ravel()
-    rotation = rotation_from_vector(share * vector) @ known.shown.rotation
-    place = known.shown @ about + share * way
+    rotation = rotation_from_vector(share * vector) @ known.b_from_a.rotation
+    place = known.b_from_a @ about + share * way
     return Glide(Pose(rotation, place - rotation @ about), t_ns)
 
 

@@ -124,7 +124,7 @@ class Anchoring:
         with self._lock:
             self._origin = shown_at(self._origin, self._clock.now_ns(), plan=self._plan)
             glide = self._origin.glide
-        return None if glide is None else glide.shown
+        return None if glide is None else glide.b_from_a
 
     @property
     def has_codes(self) -> bool:

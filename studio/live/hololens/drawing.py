@@ -14,6 +14,7 @@ from devices.hub.roles import Person
 from scenes.pose import Pose
 from scenes.state import Avatar, ObjectModel, SceneState
 from scenes.workers.task import Task
+from studio.evaluate.scores import SYMMETRY_OF_KIND
 from studio.live.hololens.display import Seen, items_of, steadied
 from studio.live.hololens.timing import Durations
 from studio.view.shared_things import met_proposals
@@ -94,7 +95,10 @@ class Drawing:
         state = self._state
         poses = {key: track.world_from_object for key, track in state.objects.items()}
         met = met_proposals(
-            state.proposals.values(), poses, models=self._models, symmetry_of_kind={}
+            state.proposals.values(),
+            poses,
+            models=self._models,
+            symmetry_of_kind=SYMMETRY_OF_KIND,
         )
         seen = Seen(device_from_world, self._models, met, self._wearer, self._eye())
         items = steadied(self._shown, items_of(state, self._people(state), seen=seen))

@@ -57,8 +57,10 @@ def rig_code_after(
     return RigCode(known.rig_from_code, moves), placed
 
 
-def is_apart(a: Pose, b: Pose | None) -> bool:
+def is_apart(world_from_rig: Pose, world_from_before: Pose | None) -> bool:
     """Return whether two poses of a camera are two places, rather than one and its error."""
-    if b is None:
+    if world_from_before is None:
         return True
-    return float(np.linalg.norm(a.translation - b.translation)) > LIMIT_M
+    return (
+        float(np.linalg.norm(world_from_rig.translation - world_from_before.translation)) > LIMIT_M
+    )

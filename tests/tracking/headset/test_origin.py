@@ -118,10 +118,10 @@ def test_a_headset_that_finds_itself_elsewhere_is_anchored_anew_and_what_is_show
     walker = Walker()
     origin = walker.walk()
     walker.device_from_world = Pose.from_yaw(0.05, (0.3, 0.0, 0.0)) @ DEVICE_FROM_WORLD
-    steps, before = [], origin.glide.shown
+    steps, before = [], origin.glide.b_from_a
     for _ in range(40):
         origin = walker.walk(origin, pictures=1)
-        now = origin.glide.shown
+        now = origin.glide.b_from_a
         steps.append(np.linalg.norm(now @ PLAN.middle - before @ PLAN.middle))
         before = now
     assert origin.anchor.restarts == 1

@@ -162,7 +162,8 @@ def marked_body(
     found = splats_of_cells(cloud, cells, labels=labels, within=within, far_m=FAR_M)
     none = np.zeros_like(found)
     own, around = cells.places[labels], cells.places[~labels]
-    verdicts = tuple(_verdict(mark, own) for mark in marks)
+    shown = {mark.view.name: _verdict(mark, own) for mark in marks}
+    verdicts = tuple(shown.get(view.name, ViewVerdict(view.name, 0.0, False)) for view in views)
     masks = tuple(mark.view for mark in marks)
     return Separation(found, none, none, verdicts, masks, own, around)
 

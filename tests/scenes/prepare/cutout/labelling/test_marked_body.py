@@ -100,6 +100,15 @@ def test_a_mask_that_lost_the_lower_half_does_not_cut_it_off(room, walk, rendere
     assert overlap(found.labels, kind, room, FIRST) > 0.95
 
 
+def test_a_view_without_a_mask_is_said_to_be_left_out(room, walk, renderer):
+    cloud, _, _ = room
+    pose = walk[0].world_from_camera
+    empty = MaskedView("empty", CAMERA, pose, np.zeros((180, 240), dtype=bool))
+    views = [empty, *(boxed(room, walk[k], renderer, [FIRST]) for k in BESIDE_EACH_OTHER)]
+    found = marked_body(cloud, views, viewpoints=walk, renderer=renderer)
+    assert [verdict.used for verdict in found.views] == [False, True, True]
+
+
 def test_a_stroke_says_which_of_two_in_a_box_is_meant(room, walk, renderer):
     cloud, kind, height = room
     ends = np.array([[0.0, 0.0, height], [APART_M, 0.0, height]])
