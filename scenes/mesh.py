@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.pose import Pose
+from scenes.quad import QrCode
 
 if TYPE_CHECKING:
     from scenes.splats import SplatCloud
@@ -141,15 +142,6 @@ class PhysicalObject:
     friction: float
     world_from_object: Pose
     splats: SplatCloud | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class QrCode:
-    """A printed code on a wall: its payload, side and pose (x right, y up, z out of the wall)."""
-
-    payload: str
-    side_m: float
-    world_from_code: Pose
 
 
 @dataclass(frozen=True, slots=True, eq=False)

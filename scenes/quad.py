@@ -1,4 +1,4 @@
-"""Flat quads in the room, and how a picture lies on one: boards, screens, live surfaces.
+"""Flat quads in the room, and how a picture lies on one: boards, screens, live surfaces, codes.
 
 A picture is spread over a quad by the homography that takes its corners to the quad's, so straight
 lines stay straight.
@@ -19,6 +19,15 @@ BoolArray = NDArray[np.bool_]
 
 FLATNESS = 0.05
 """A corner may be this share of the longest side off the plane of the others."""
+
+
+@dataclass(frozen=True, slots=True)
+class QrCode:
+    """A printed code on a wall: its payload, side and pose (x right, y up, z out of the wall)."""
+
+    payload: str
+    side_m: float
+    world_from_code: Pose
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -34,7 +34,7 @@ from scenes.formats.storage.atomic import write_folder
 from scenes.formats.storage.error import FormatError
 from scenes.frames import WORLD_FROM_FORWARD_CAMERA
 from scenes.harmonics import turned
-from scenes.mesh import CollisionMesh, QrCode
+from scenes.mesh import CollisionMesh
 from scenes.package.coverage import SUFFIX, read_coverage, write_coverage
 from scenes.package.cuts import CUTS, read_cuts, write_cuts
 from scenes.package.files import (
@@ -67,6 +67,7 @@ from scenes.package.records import (
     view_to_json,
 )
 from scenes.pose import Pose
+from scenes.quad import QrCode
 from scenes.splats import SplatCloud, validate
 from scenes.state import ObjectModel
 

@@ -10,10 +10,11 @@ from typing import Any
 
 from scenes.cameras import Fisheye, Pinhole, camera_from_json, camera_to_json
 from scenes.coverage.record import Coverage
-from scenes.mesh import BoxPart, QrCode
+from scenes.mesh import BoxPart
 from scenes.package.coverage import sides_to_json
 from scenes.package.files import numbers, text
 from scenes.pose import Pose
+from scenes.quad import QrCode
 from scenes.splats import SplatCloud
 from scenes.state import ObjectModel
 

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.mesh import QrCode
 from scenes.prepare.footage.capture import CaptureOptions
 from scenes.prepare.poses.sfm.job import SfmOptions
 from scenes.prepare.train.trainer import PRESETS
+from scenes.quad import QrCode
 
 BUILT_IN = "built-in"
 PROGRAMS = ("gsplat", "brush", "opensplat", "inria")

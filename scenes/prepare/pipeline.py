@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.frames import look_at
-from scenes.mesh import CollisionMesh, QrCode
+from scenes.mesh import CollisionMesh
 from scenes.package import ScenePackage, save_package
 from scenes.package.records import Stage, ViewPoint, code_to_json
 from scenes.pose import Pose
@@ -34,6 +34,7 @@ from scenes.prepare.train import checkpoint
 from scenes.prepare.train.train import BUILT_IN_VERSION
 from scenes.prepare.train.trained_file import load_training, save_training
 from scenes.prepare.train.trainer import PRESETS, TrainingResult
+from scenes.quad import QrCode
 from scenes.render.native import NativeRenderer
 
 RIG_HEIGHT_M = 1.3

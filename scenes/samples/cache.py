@@ -20,8 +20,9 @@ import numpy as np
 import platformdirs
 
 from scenes.formats.storage.atomic import write_whole
-from scenes.mesh import BoxPart, QrCode, TexturedMesh
+from scenes.mesh import BoxPart, TexturedMesh
 from scenes.pose import Pose
+from scenes.quad import QrCode
 from scenes.samples.light import UnlitRoom, lit, texels_of
 from scenes.samples.light_file import DATA, load_light
 from scenes.samples.pictures.atlas import mesh_from_surfaces

@@ -12,8 +12,8 @@ from itertools import pairwise
 import numpy as np
 
 from scenes import frames
-from scenes.mesh import QrCode
 from scenes.pose import Pose
+from scenes.quad import QrCode
 from scenes.samples.furniture import RoomSet
 from scenes.samples.light import AreaLight
 from scenes.samples.pictures import graphics, wall_art

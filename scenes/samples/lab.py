@@ -6,8 +6,9 @@ import math
 
 import numpy as np
 
-from scenes.mesh import PhysicalObject, PhysicalRoom, QrCode
+from scenes.mesh import PhysicalObject, PhysicalRoom
 from scenes.pose import Pose
+from scenes.quad import QrCode
 from scenes.samples import decor
 from scenes.samples.furniture import RoomSet, shelf_unit, table
 from scenes.samples.light import AreaLight, UnlitRoom

@@ -14,7 +14,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from scenes.mesh import BoxPart, QrCode
+from scenes.mesh import BoxPart
+from scenes.quad import QrCode
 from scenes.samples.shapes import Picture, Surface, cells
 
 FloatArray = NDArray[np.float64]

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.frames import look_at
-from scenes.mesh import PhysicalObject, PhysicalRoom, QrCode
+from scenes.mesh import PhysicalObject, PhysicalRoom
+from scenes.quad import QrCode
 from scenes.samples import decor
 from scenes.samples.cache import static_part
 from scenes.samples.furniture import RoomSet

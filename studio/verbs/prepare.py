@@ -16,10 +16,10 @@ from studio.verbs.scale_flags import add_object_flags, add_scale_flags, known_le
 
 if TYPE_CHECKING:
     from scenes.cameras import Rig
-    from scenes.mesh import QrCode
     from scenes.prepare.options import PrepareOptions
     from scenes.prepare.pipeline import Prepared
     from scenes.prepare.stages import WorkFolder
+    from scenes.quad import QrCode
 
 QUALITIES = ("preview", "default", "fine")
 TRAINERS = ("built-in", "gsplat", "brush", "opensplat", "inria")

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.cameras import Pinhole
-from scenes.mesh import QrCode
 from scenes.pose import Pose
+from scenes.quad import QrCode
 from tracking.headset.codes import SeenCode
 from tracking.headset.corner_fit import (
     Belief,

@@ -19,13 +19,14 @@ from benchmarks.evaluate.cuts.printed_codes import with_codes
 from benchmarks.evaluate.dataset.layout import Dataset
 from benchmarks.random_rooms.room import random_room
 from scenes.formats.storage.atomic import write_file
-from scenes.mesh import PhysicalRoom, QrCode
+from scenes.mesh import PhysicalRoom
 from scenes.package import is_package
 from scenes.pose import Pose
 from scenes.prepare.options import PrepareOptions
 from scenes.prepare.pipeline import prepare
 from scenes.prepare.reconstruction import View, load_reconstruction, save_reconstruction
 from scenes.prepare.stages import open_work_folder
+from scenes.quad import QrCode
 from scenes.render.native import NativeRenderer
 from sim.phone.capture import IMAGES, TRUTH, read_truth
 from sim.phone.phone import film

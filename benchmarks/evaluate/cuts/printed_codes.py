@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.evaluate.true_labels import triangles_of
-from scenes.mesh import PhysicalRoom, QrCode
+from scenes.mesh import PhysicalRoom
 from scenes.pose import Pose
+from scenes.quad import QrCode
 from scenes.rays import RayScene
 from scenes.samples import decor
 from scenes.samples.pictures.atlas import mesh_from_surfaces

@@ -11,10 +11,11 @@ import numpy as np
 
 from scenes.cut import Cut
 from scenes.formats.ply import WORLD_COMMENT, write_ply
-from scenes.mesh import BoxPart, CollisionMesh, QrCode
+from scenes.mesh import BoxPart, CollisionMesh
 from scenes.package import ScenePackage, Stage, load_package, save_package
 from scenes.package.reality import Reality
 from scenes.prepare.align.similarity import Similarity
+from scenes.quad import QrCode
 from scenes.state import ObjectModel
 
 

@@ -21,9 +21,9 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from scenes.mesh import QrCode
 from scenes.pose import Pose
 from scenes.prepare.align.alignment import Alignment
+from scenes.quad import QrCode
 
 FORMAT = "gaussiannexus-shared-origin"
 VERSION = 1

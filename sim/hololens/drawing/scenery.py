@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from scenes.cameras import Pinhole
 from scenes.frames import CAMERA_FROM_BOARD
-from scenes.mesh import CollisionMesh, PhysicalRoom, QrCode, TexturedMesh
+from scenes.mesh import CollisionMesh, PhysicalRoom, TexturedMesh
 from scenes.pose import Pose
+from scenes.quad import QrCode
 from scenes.samples.pictures.graphics import qr_symbol
 from sim.camera.camera360 import default_rig
 from sim.camera.stand import camera_stand

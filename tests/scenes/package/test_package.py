@@ -13,7 +13,7 @@ from scenes.formats.registry import write_splats
 from scenes.formats.storage.atomic import WriteError
 from scenes.formats.storage.error import FormatError
 from scenes.frames import WORLD_FROM_FORWARD_CAMERA
-from scenes.mesh import BoxPart, CollisionMesh, QrCode
+from scenes.mesh import BoxPart, CollisionMesh
 from scenes.opening import open_scene
 from scenes.package import (
     FORMAT_VERSION,
@@ -26,6 +26,7 @@ from scenes.package import (
 from scenes.package.files import PackageError, fingerprint
 from scenes.package.records import ViewPoint
 from scenes.pose import Pose
+from scenes.quad import QrCode
 from scenes.splats import SplatCloud
 from scenes.state import ObjectModel
 

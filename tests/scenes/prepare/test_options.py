@@ -3,9 +3,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from scenes.mesh import QrCode
 from scenes.pose import Pose
 from scenes.prepare.options import KnownLength, KnownObject, PrepareOptions
+from scenes.quad import QrCode
 
 SOMEWHERE = Path("somewhere")
 LENGTH = KnownLength(2.0, {}, {})

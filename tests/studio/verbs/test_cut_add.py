@@ -12,12 +12,13 @@ import pytest
 
 from scenes.cameras import Pinhole
 from scenes.frames import look_at
-from scenes.mesh import PhysicalRoom, QrCode
+from scenes.mesh import PhysicalRoom
 from scenes.package import ScenePackage, load_package, save_package
 from scenes.package.records import ViewPoint
 from scenes.pose import Pose
 from scenes.prepare.align.metric import stated_alignment
 from scenes.prepare.reconstruction import Reconstruction, View
+from scenes.quad import QrCode
 from scenes.render.native import NativeRenderer
 from scenes.render.renderer import PosedSplats, RenderOptions
 from scenes.samples import decor

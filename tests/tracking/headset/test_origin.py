@@ -8,8 +8,8 @@ import pytest
 
 from scenes.cameras import Pinhole
 from scenes.frames import WORLD_FROM_BOARD_FACING_X, look_at
-from scenes.mesh import QrCode
 from scenes.pose import Pose, rotation_angle, rotation_from_vector
+from scenes.quad import QrCode
 from tracking.headset.codes import SeenCode
 from tracking.headset.corner_fit import code_corners
 from tracking.headset.origin import (

@@ -9,12 +9,13 @@ from scenes.cameras import Pinhole
 from scenes.cut import divide, restore
 from scenes.formats.ply import write_ply
 from scenes.frames import look_at
-from scenes.mesh import BoxPart, CollisionMesh, QrCode
+from scenes.mesh import BoxPart, CollisionMesh
 from scenes.package import ScenePackage, load_package, save_package
 from scenes.package.reality import Reality
 from scenes.package.records import ViewPoint
 from scenes.pose import Pose
 from scenes.prepare.align.rescaled import rescale_scene, rescaled
+from scenes.quad import QrCode
 from scenes.render.native import NativeRenderer
 from scenes.render.renderer import PosedSplats, RenderOptions
 from scenes.state import ObjectModel

@@ -10,8 +10,8 @@ import pytest
 
 from scenes.cameras import Pinhole
 from scenes.frames import CAMERA_FROM_BOARD, look_at
-from scenes.mesh import QrCode
 from scenes.pose import Pose
+from scenes.quad import QrCode
 from sim.hololens.drawing.drawer import Drawer, DrawingError
 from sim.hololens.drawing.scenery import CAMERA, Scenery, Shot
 from sim.hololens.drawing.time_code import burn, burnt_us

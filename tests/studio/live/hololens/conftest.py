@@ -11,9 +11,10 @@ from benchmarks.twin.scan_like import block, scan_like
 from devices.hololens.plan import HeadsetPlan
 from devices.hololens.values import HandJoints, HeadAndHands, HeadsetStatus, Ray
 from scenes.frames import WORLD_FROM_BOARD_FACING_X, look_at
-from scenes.mesh import BoxPart, CollisionMesh, QrCode
+from scenes.mesh import BoxPart, CollisionMesh
 from scenes.package import ScenePackage
 from scenes.pose import Pose
+from scenes.quad import QrCode
 from scenes.splats import SplatCloud
 from scenes.state import ObjectModel
 
