@@ -17,6 +17,7 @@ from devices.clock import Clock
 from devices.hololens.display_list import Item, Label, Shape, Solid
 from devices.hololens.display_orders import UNIT_SIZES
 from devices.hololens.plan import HeadsetPlan, Ports
+from devices.hololens.values import PersonalVideoFrame
 from devices.hub.server import Hub
 from scenes.package.records import pose_from_json
 from scenes.pose import rotation_angle
@@ -77,7 +78,7 @@ class SimulatedHeadset:
         self._middle = np.zeros(3)
         self._first_clock_ns: int | None = None
         self.figures = SimulatedFigures()
-        self.shown: tuple[Item, ...] = ()
+        self._view: tuple[PersonalVideoFrame, tuple[Item, ...]] | None = None
         """What the headset truly shows."""
         self.failures: deque[str] = deque(maxlen=LAST_WORDS)
         self._process: ChildProcess | None = None
@@ -174,7 +175,7 @@ class SimulatedHeadset:
                 wall_ns = int(said["perf_ns"]) + time.time_ns() - time.perf_counter_ns()
                 self.figures.seen.append(Seen(wall_ns, str(said["object"]), at, leg))
             case "shown":
-                self.shown = tuple(_item_of(item) for item in said["items"])
+                self._keep_view(tuple(_item_of(item) for item in said["items"]))
             case "failed":
                 self.failures.append(str(said["text"]))
                 self._say(str(said["text"]))
@@ -202,12 +203,17 @@ class SimulatedHeadset:
         figures.origin_mm.add(1e3 * float(np.linalg.norm(off @ middle - middle)))
         figures.origin_deg.add(float(np.degrees(rotation_angle(off.rotation))))
 
-    def save_view(self, path: Path) -> bool:
-        """Write what the wearer sees now as a JPEG; return whether there is anything to be seen."""
+    def _keep_view(self, shown: tuple[Item, ...]) -> None:
+        """Keep what the wearer sees; at the end everything is taken off the display."""
         frame = None if self._worn is None else self._worn.anchoring.picture
-        if frame is None:
+        if frame is not None and (shown or self._view is None):
+            self._view = frame, shown
+
+    def save_view(self, path: Path) -> bool:
+        """Write what the wearer saw last as a JPEG; return whether there was anything."""
+        if self._view is None:
             return False
-        path.write_bytes(jpeg_of(seen_by_wearer(frame, self.shown)))
+        path.write_bytes(jpeg_of(seen_by_wearer(*self._view)))
         return True
 
 
