@@ -16,13 +16,13 @@ from sim.hololens.faults import HoloLensFaultKind, HoloLensFaults
 from sim.hololens.wearer import Wearer, WornBody
 
 BOOTED_NS = 98_765_432_100_000
-"""What the headset's clock says when the simulator begins: it was switched on a day ago."""
+"""Reading of the headset's clock when the simulator begins: it was switched on a day ago."""
 
 TICKS_1970 = 116_444_736_000_000_000
 """1970 in ticks of 100 ns since 1601, from which the headset counts coordinated time."""
 
 HEAD_FROM_CAMERA = Pose(rotation_from_vector([-0.06, 0.0, 0.0]), np.array([0.01, -0.05, 0.07]))
-"""Where the camera sits in the headset: above the eyes, tilted a little, OpenCV axes."""
+"""Pose of the camera in the headset: above the eyes, tilted a little, OpenCV axes."""
 
 HANG_UP, STALL = HoloLensFaultKind.HANG_UP, HoloLensFaultKind.STALL
 

@@ -63,7 +63,7 @@ class Seen:
         avatars: the participant's, with their times in ns.
         before: newest pose of each object before the task began.
         camera_ms: from a picture's capture to its arrival.
-        things: ids of what the participant put, by kind.
+        items: ids of what the participant put, by kind.
         ended: ids of what they took away again, by kind.
     """
 
@@ -73,12 +73,12 @@ class Seen:
     avatars: list[tuple[int, Avatar]] = field(default_factory=list["tuple[int, Avatar]"])
     before: dict[str, Pose] = field(default_factory=dict[str, Pose])
     camera_ms: list[float] = field(default_factory=list[float])
-    things: dict[str, set[str]] = field(default_factory=dict[str, "set[str]"])
+    items: dict[str, set[str]] = field(default_factory=dict[str, "set[str]"])
     ended: dict[str, set[str]] = field(default_factory=dict[str, "set[str]"])
 
     def take(self, kind: str, key: str, *, there: bool) -> None:
         """Take something that the participant has put, or taken away."""
-        (self.things if there else self.ended).setdefault(kind, set()).add(key)
+        (self.items if there else self.ended).setdefault(kind, set()).add(key)
 
 
 def measured(
@@ -130,15 +130,15 @@ def gathered(values: Iterable[RecordedValue], ended: Ended) -> Seen:
             case FrameStamp():
                 if ended.begun_ns <= value.t_ns <= ended.ended_ns:
                     seen.camera_ms.append((value.received_ns - value.t_ns) / 1e6)
-            case RecordedAnnotation(t_ns, thing):
-                if _is_within(t_ns, thing.user_id, ended=ended):
-                    seen.take("lines", thing.annotation_id, there=is_there(thing))
-            case RecordedPrimitive(t_ns, thing):
-                if _is_within(t_ns, thing.user_id, ended=ended):
-                    seen.take("shapes", thing.primitive_id, there=is_there(thing))
-            case RecordedProposal(t_ns, thing):
-                if _is_within(t_ns, thing.user_id, ended=ended):
-                    seen.take("proposals", thing.proposal_id, there=is_there(thing))
+            case RecordedAnnotation(t_ns, item):
+                if _is_within(t_ns, item.user_id, ended=ended):
+                    seen.take("lines", item.annotation_id, there=is_there(item))
+            case RecordedPrimitive(t_ns, item):
+                if _is_within(t_ns, item.user_id, ended=ended):
+                    seen.take("shapes", item.primitive_id, there=is_there(item))
+            case RecordedProposal(t_ns, item):
+                if _is_within(t_ns, item.user_id, ended=ended):
+                    seen.take("proposals", item.proposal_id, there=is_there(item))
             case _:
                 pass
     return seen
@@ -200,7 +200,7 @@ def moves(
 def putting_measures(seen: Seen) -> list[Measure]:
     """Return how much the participant drew, put and proposed, and took away again."""
     kinds = ("lines", "shapes", "proposals")
-    found = [Measure(kind, float(len(seen.things.get(kind, ())))) for kind in kinds]
+    found = [Measure(kind, float(len(seen.items.get(kind, ())))) for kind in kinds]
     found.append(Measure("taken_back", float(sum(len(ids) for ids in seen.ended.values()))))
     return found
 

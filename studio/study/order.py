@@ -55,14 +55,14 @@ class Trial:
 
 
 def latin_square(count: int) -> tuple[tuple[int, ...], ...]:
-    """Return orders of so many things in which each is in each place equally often.
+    """Return orders of so many items in which each is in each place equally often.
 
-    They are Williams' designs: each thing also comes right after each other one equally often, so
-    that what lingers of one is met by all alike. An even count needs as many orders as things, an
+    They are Williams' designs: each item also comes right after each other one equally often, so
+    that what lingers of one is met by all alike. An even count needs as many orders as items, an
     odd one twice as many.
 
     Raises:
-        ValueError: fewer than one thing.
+        ValueError: fewer than one item.
     """
     if count < 1:
         raise ValueError(f"latin square: count = {count}, wanted at least 1")
@@ -130,6 +130,6 @@ def _trials(study: Study, participant: str, *, place: int) -> list[Trial]:
     return found
 
 
-def _ordered(things: Sequence[T], row: int) -> list[T]:
-    square = latin_square(len(things))
-    return [things[k] for k in square[row % len(square)]]
+def _ordered(items: Sequence[T], row: int) -> list[T]:
+    square = latin_square(len(items))
+    return [items[k] for k in square[row % len(square)]]

@@ -75,7 +75,7 @@ class StudyPeople:
         return replace(
             arrived,
             avatars=tuple(replace(a, name=self.called(a.user_id)) for a in arrived.avatars),
-            placed=tuple(self._without_name(thing) for thing in arrived.placed),
+            placed=tuple(self._without_name(item) for item in arrived.placed),
             events=(*((kind, kind) for kind, _ in arrived.events), *notes),
         )
 
@@ -105,13 +105,13 @@ class StudyPeople:
         self._last_ns[channel] = now_ns
         self._waiting.append((now_ns + delay_ns, send))
 
-    def _without_name(self, thing: Placed) -> Placed:
-        if not isinstance(thing, Proposal):
-            return thing
-        renamed = replace(thing, user_name=self.called(thing.user_id) if thing.object_id else "")
-        self._renamed[thing.proposal_id] = (renamed, thing)
-        if not thing.object_id:
-            del self._renamed[thing.proposal_id]
+    def _without_name(self, item: Placed) -> Placed:
+        if not isinstance(item, Proposal):
+            return item
+        renamed = replace(item, user_name=self.called(item.user_id) if item.object_id else "")
+        self._renamed[item.proposal_id] = (renamed, item)
+        if not item.object_id:
+            del self._renamed[item.proposal_id]
         return renamed
 
     def _as_given(self, state: SceneState) -> dict[str, Proposal]:

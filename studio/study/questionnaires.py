@@ -346,7 +346,7 @@ ABOUT = Questionnaire(
         ),
     ),
 )
-"""What the paper says of its participants."""
+"""Participants of the paper's study, in its words."""
 
 KNOWN: Mapping[str, Questionnaire] = {
     each.name: each

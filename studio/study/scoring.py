@@ -14,7 +14,7 @@ HIGH_PRESENCE = 6
 """Answer from which Slater, Usoh and Steed count an item as high, on seven points."""
 
 Direction = Literal["higher", "lower", "none"]
-"""Which is better: a higher or a lower score, or neither."""
+"""Better direction of a score: higher, lower, or neither."""
 
 BETTER: Mapping[str, Direction] = {
     "sus": "higher",
@@ -25,7 +25,7 @@ BETTER: Mapping[str, Direction] = {
     "tlx-weighed.raw": "lower",
     "tlx-weighed.weighed": "lower",
 }
-"""Which scores are better, by name."""
+"""Better direction of each score, by name."""
 
 
 def scores(questionnaire: Questionnaire, answers: Mapping[str, str]) -> dict[str, float]:

@@ -65,7 +65,7 @@ MEASURES: Mapping[str, Column] = {
     "object_off_cm": Column("cm", "its distance from its target at the end", "lower"),
     "object_off_deg": Column("deg", "its turn from its target at the end", "lower"),
 }
-"""What is measured of a trial, and of each object in it."""
+"""Measures of a trial, and of each object in it."""
 
 KEYS: Mapping[str, Column] = {
     "trial": Column("", "name of the trial: participant and number; empty before the first"),

@@ -25,7 +25,7 @@ from devices.hololens.wire.personal_video import (
 from devices.hololens.wire.video_formats import read_raw
 
 PROFILES = {"h264": Profile.H264_MAIN, "hevc": Profile.HEVC_MAIN, "raw": Profile.RAW}
-"""What is asked for, by the names of codecs."""
+"""Profile that is asked for, by the name of its codec."""
 
 MAX_KEPT = 128
 """Pictures whose trailers are kept while they are decoded: 4 s of them."""

@@ -26,7 +26,7 @@ PROFILE_NAMES = {
     Profile.H264_HIGH: "high",
     Profile.HEVC_MAIN: "main",
 }
-"""What the encoders call the profiles."""
+"""Names of the profiles among encoders."""
 
 MIN_BITRATE, MAX_BITRATE = 100_000, 100_000_000
 """Limits of what a client may ask for, bits a second."""

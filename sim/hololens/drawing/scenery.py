@@ -30,7 +30,7 @@ CAMERA_CODE_M = 0.10
 """Side of that code: a headset reads it from 2 m."""
 
 RIG_FROM_CODE = Pose(CAMERA_FROM_BOARD.rotation, np.array([0.0, 0.26, 0.03]))
-"""Where it hangs: on the stand, below the lenses, facing ahead."""
+"""Place of the code: on the stand, below the lenses, facing ahead."""
 
 QUIET_MODULES = 4
 """Light rim of a printed code, modules."""

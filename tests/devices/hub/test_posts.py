@@ -1,4 +1,4 @@
-"""What a page posts to a file of its hub: by somebody in the session, short, from this origin."""
+"""Posts of a page to a file of its hub: by somebody in the session, short, from this origin."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the display shows: display lists at once, targets, and what is refused."""
+"""The display: lists shown at once, targets, and what is refused."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What goes between the process that receives video and the one that asks."""
+"""Messages between the process that receives video and the one that asks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Who paints a box, whatever hangs in the air around it."""
+"""The splats that paint a box, whatever hangs in the air around it."""
 
 import numpy as np
 
