@@ -4,9 +4,10 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 import numpy as np
@@ -42,6 +43,12 @@ ROTATION_TOLERANCE = 1e-3
 """Difference of a matrix from a rotation, by element, that rounding makes."""
 
 FRAME_KEYS = frozenset({"file_path", "transform_matrix"})
+
+SUFFIX = re.compile(r"\.(jpe?g|png|tiff?|webp|heic|heif|bmp)$", re.IGNORECASE)
+"""Of a picture's file; names may lack it and have dots of their own."""
+
+FIT_NAME = re.compile(r"[\w-][\w.-]*")
+"""Names that structure from motion's lists of pairs can hold: without spaces."""
 
 MIN_POINTS_PER_VIEW = 10
 """Points per picture below which the pictures show too little in common."""
@@ -86,10 +93,11 @@ def import_transforms(
     left_out: list[str] = []
     first_fault: FormatError | None = None
     frames = sorted(enumerate(values["frames"]), key=lambda frame: _name(frame[1]))
+    names = _picture_names([_name(frame) for _, frame in frames])
     for done, (number, frame) in enumerate(frames):
         progress(READING_SHARE * done / len(frames), f"reading {_name(frame) or 'frames'}")
         try:
-            views.append(_view(path, number, values, frame, pictures, folder / f"{done:04d}.jpg"))
+            views.append(_view(path, number, values, frame, pictures, folder / names[done]))
         except FormatError as error:
             first_fault = first_fault or error
             fault = str(error).removeprefix(f"{path}, ").partition(";")[0]
@@ -166,6 +174,21 @@ def _picture(
         return stored
     turned = read_upright(file)
     return turned if turned is not None and fits(turned, size) else stored
+
+
+def _picture_names(files: Sequence[str]) -> list[str]:
+    """Names of the pictures that are written: the photos' own, or numbers if two would be one.
+
+    By them people say what they mark, and whoever knows more of the photos finds them again.
+    """
+    stems = [SUFFIX.sub("", PurePosixPath(file.replace("\\", "/")).name) for file in files]
+    numbers = [f"frame-{number:04d}" for number in range(len(files))]
+    fit = [
+        stem if FIT_NAME.fullmatch(stem) else number
+        for stem, number in zip(stems, numbers, strict=True)
+    ]
+    are_unique = len({stem.casefold() for stem in fit}) == len(fit)
+    return [f"{stem}.jpg" for stem in (fit if are_unique else numbers)]
 
 
 def _name(frame: Any) -> str:

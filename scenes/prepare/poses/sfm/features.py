@@ -12,6 +12,7 @@ import pycolmap
 from numpy.typing import NDArray
 from scipy.cluster.vq import kmeans2
 
+from scenes.prepare.poses.sfm.code_matches import drop_mixed_codes, sheets_in
 from scenes.prepare.poses.sfm.session import Refused, Worker, open_database
 
 PICTURES_AT_ONCE = 8
@@ -113,6 +114,7 @@ def match(worker: Worker) -> None:
     job = worker.job
     names = [picture.name for picture in job.pictures]
     worker.report("matching", 0.0, "which pictures look alike")
+    sheets = sheets_in(job.pictures_folder, names)
     pairs = _choose_pairs(worker)
     options = pycolmap.FeatureMatchingOptions()
     options.type = pycolmap.FeatureMatcherType.SIFT_BRUTEFORCE
@@ -122,14 +124,22 @@ def match(worker: Worker) -> None:
     pairing = pycolmap.ImportedPairingOptions()
     pairing.match_list_path = job.work / "pairs.txt"
     for start in range(0, len(pairs), PAIRS_AT_ONCE):
-        block = pairs[start : start + PAIRS_AT_ONCE]
-        lines = [f"{names[i]} {names[j]}" for i, j in block]
-        (job.work / "pairs.txt").write_text("\n".join(lines), encoding="utf-8")
+        block = [(names[i], names[j]) for i, j in pairs[start : start + PAIRS_AT_ONCE]]
+        _write_pairs(pairing.match_list_path, block)
         pycolmap.match_image_pairs(
             worker.database, options, pairing, verification, pycolmap.Device.cpu
         )
+        with open_database(worker.database) as database:
+            changed = drop_mixed_codes(database, block, sheets)
+        if changed:
+            _write_pairs(pairing.match_list_path, changed)
+            pycolmap.verify_matches(worker.database, pairing.match_list_path, verification)
         done = min(len(pairs), start + PAIRS_AT_ONCE)
         worker.report("matching", done / len(pairs), f"matching: {done}/{len(pairs)} pairs")
+
+
+def _write_pairs(path: Path, pairs: Sequence[tuple[str, str]]) -> None:
+    path.write_text("\n".join(" ".join(pair) for pair in pairs), encoding="utf-8")
 
 
 def _choose_pairs(worker: Worker) -> list[Pair]:

@@ -15,7 +15,11 @@ from scenes.frames import OPENGL_FROM_OPENCV
 from scenes.prepare.footage.capture import CaptureError
 from scenes.prepare.poses.colmap_folder import import_colmap
 from scenes.prepare.poses.given_poses import as_report, import_poses, load_imported
-from scenes.prepare.poses.import_transforms import ignored_in, import_transforms
+from scenes.prepare.poses.import_transforms import (
+    _picture_names,
+    ignored_in,
+    import_transforms,
+)
 from scenes.prepare.poses.sfm.job import SfmOptions
 from scenes.prepare.reconstruction import read_picture
 
@@ -144,12 +148,25 @@ def test_poses_of_an_app_keep_their_metres_and_get_points(transforms, photograph
     ):
         assert view.camera == photographed.camera
         assert np.allclose(view.world_from_camera.matrix(), world_from_camera.matrix(), atol=1e-9)
+    assert [view.name for view in got.views] == list(photographed.world_from_camera)
     x, z = np.abs(got.points[:, 0]), np.abs(got.points[:, 2])
     on_shell = np.minimum.reduce([x, np.abs(got.points[:, 1] - 4), z])
     crate_top = np.abs(z - 0.9)
     assert len(got.points) > 300
     assert np.median(np.minimum(on_shell, crate_top)) < 0.02
     assert np.median(got.errors_px) < 1.0
+
+
+@pytest.mark.parametrize(
+    ("files", "names"),
+    [
+        (["a/IMG_1.JPG", "frame.02", "..\\b\\3.png"], ["IMG_1.jpg", "frame.02.jpg", "3.jpg"]),
+        (["left/1.jpg", "right/1.png"], ["frame-0000.jpg", "frame-0001.jpg"]),
+        (["my photo.jpg", "", "2.jpg"], ["frame-0000.jpg", "frame-0001.jpg", "2.jpg"]),
+    ],
+)
+def test_photos_keep_their_names_where_these_are_fit(files, names):
+    assert _picture_names(files) == names
 
 
 def test_distortion_of_an_app_is_taken_out(transforms, tmp_path):
