@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,9 +17,13 @@ from scenes.package import DISTRIBUTION
 
 if TYPE_CHECKING:
     from benchmarks.evaluate.cuts.capturing import Notes
+    from benchmarks.evaluate.cuts.refining import RefineScore
     from benchmarks.evaluate.cuts.scores import CutScore
 
-WAYS = ("click", "one_box", "two_boxes", "three_boxes", "unmarked")
+REFINED = "refined"
+"""Models of random rooms' objects, refined after a cut with two boxes and by the truth's labels."""
+
+WAYS = ("click", "one_box", "two_boxes", "three_boxes", "unmarked", REFINED)
 """Ways of marking; unmarked are the product's proposals, and the truth's own labels."""
 
 
@@ -38,7 +44,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "minutes to make, a cut seconds",
     )  # fmt: skip
     parser.add_argument(
-        "--only", choices=WAYS, nargs="+", default=WAYS, help="only these ways of marking"
+        "--only",
+        choices=WAYS,
+        nargs="+",
+        default=WAYS,
+        help="only these ways of marking, or what refinement makes of the cuts",
     )
     parser.add_argument("--json", action="store_true", help="print the figures as JSON")
 
@@ -49,8 +59,11 @@ def run(args: argparse.Namespace) -> int:
     Raises:
         ValueError: the seeds are out of range, or a folder is no dataset.
     """
+    from benchmarks.evaluate.cuts.cases import cases_of
     from benchmarks.evaluate.cuts.judging import capture_rows, captures_of, judged
+    from benchmarks.evaluate.cuts.refining import refine_rows, refine_table, refined_scores
     from benchmarks.evaluate.cuts.rows import breakdown, cut_rows
+    from benchmarks.evaluate.cuts.true_views import true_room
     from studio.console.progress import text_progress
     from studio.console.rows import as_json, as_table, exit_code
 
@@ -58,15 +71,34 @@ def run(args: argparse.Namespace) -> int:
     folder = args.captures or Path(platformdirs.user_cache_dir(DISTRIBUTION)) / "cuts"
     progress = text_progress()
     scores: list[CutScore] = []
+    refined: list[RefineScore] = []
     made: list[tuple[Notes, float]] = []
-    for notes, capture in captures_of(seeds, args.dataset, folder=folder, progress=progress):
+    ways = [way for way in args.only if way != REFINED]
+    rooms = captures_of(seeds, args.dataset, folder=folder, progress=progress)
+    for number, (notes, capture) in enumerate(rooms):
         made.append((notes, capture.off_m))
-        scores += judged(capture, ways=args.only, progress=progress)
-    rows = [*cut_rows(scores), *capture_rows(made)]
+        scores += judged(capture, ways=ways, progress=progress) if ways else []
+        # A dataset's room has photos, and no picture from anywhere else.
+        if REFINED in args.only and number < len(seeds):
+            draw = partial(true_room, seeds[number])
+            refined += refined_scores(cases_of(capture), draw=draw, progress=progress)
+    rows = [*cut_rows(scores), *refine_rows(refined), *capture_rows(made)]
     if args.json:
-        values = as_json("evaluate cuts", rows)
-        rooms, objects = [asdict(notes) for notes, _ in made], [asdict(s) for s in scores]
-        print(json.dumps({**values, "captures": rooms, "objects": objects}, indent=2))
+        listed = {
+            "captures": [asdict(notes) for notes, _ in made],
+            "objects": [_plain(score) for score in scores],
+            "refined": [_plain(score) for score in refined],
+        }
+        print(json.dumps({**as_json("evaluate cuts", rows), **listed}, indent=2))
     else:
-        print("\n\n".join([*breakdown(scores), as_table(rows)]))
+        tables = [refine_table(refined)] if refined else []
+        print("\n\n".join([*breakdown(scores), *tables, as_table(rows)]))
     return exit_code(rows)
+
+
+def _plain(score: CutScore | RefineScore) -> dict[str, object]:
+    """Figures that JSON can say: null for what was not measured."""
+    return {
+        name: None if isinstance(value, float) and math.isnan(value) else value
+        for name, value in asdict(score).items()
+    }

@@ -2,5 +2,5 @@
 
 `capturing.py` on `printed_codes.py` (filmed and prepared), `captures.py` `truth.py` `marking.py`
 (what is there, and how a person marks it), `cutting.py` `scores.py` `cases.py` (one object),
-`judging.py` `rows.py` (all of them).
+`judging.py` `rows.py` (all of them), `refining.py` on `true_views.py` (refined models).
 """

@@ -10,6 +10,7 @@ from benchmarks.evaluate.cuts.captures import Capture, TrueObject
 from benchmarks.evaluate.cuts.truth import surface_points
 from scenes.cameras import Pinhole, pixel_centres
 from scenes.frames import look_at
+from scenes.mesh import BoxPart, PhysicalObject, PhysicalRoom
 from scenes.package import ScenePackage
 from scenes.package.records import ViewPoint
 from scenes.pose import Pose
@@ -81,6 +82,22 @@ def cubes(tmp_path_factory):
     views = tuple(ViewPoint(v.name, v.camera, v.world_from_camera) for v in photos)
     package = ScenePackage("cubes", cloud, (), (), Pose.identity(), footprint, None, views=views)
     return Capture(folder, package, tuple(photos), static, items, 0.0)
+
+
+@pytest.fixture(scope="session")
+def cube_meshes():
+    """The same room as meshes."""
+    floor = quad((-1.5, 1.5, 0.0), (3, 0, 0), (0, -3, 0), material=plain(tuple(COLOURS[0])))
+    items = []
+    for name, x, rgb in (("red", -0.6, COLOURS[1]), ("blue", 0.6, COLOURS[2])):
+        surfaces = box((-0.2, -0.2, 0.0), (0.2, 0.2, 0.4), material=plain(tuple(rgb)))
+        mesh = mesh_from_surfaces(list(surfaces))
+        placed = Pose(np.eye(3), np.array([x, 0.0, 0.0]))
+        solid = BoxPart(Pose(np.eye(3), np.array([0.0, 0.0, 0.2])), (0.2, 0.2, 0.2))
+        items.append(PhysicalObject(name, "", (mesh,), (0.4, 0.4, 0.4), (solid,), 1.0, 0.5, placed))
+    up = np.array([0.48, 0.36, 0.8])
+    static = (mesh_from_surfaces([floor]),)
+    return PhysicalRoom("cubes", static, tuple(items), (), up, Pose.identity())
 
 
 def _photo(folder, number, world_from_camera, scene, owner):
