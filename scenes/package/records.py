@@ -3,10 +3,14 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from scenes.cameras import Fisheye, Pinhole, camera_from_json, camera_to_json
 from scenes.coverage.record import Coverage
@@ -23,6 +27,8 @@ OBJECT_ID = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
 MIN_MASS_KG = 1e-6
 MIN_HALF_SIZE_M = 1e-6
 """Physics takes no body without mass and no box without volume."""
+QUATERNION_DIGITS = 14
+"""Of a quaternion's values, behind the point: ten times what a matrix of doubles leaves open."""
 MAX_PARTS = 1000
 """Of one object; more are a damaged file."""
 
@@ -176,11 +182,26 @@ def view_from_json(values: Mapping[str, Any]) -> ViewPoint:
 
 
 def pose_to_json(world_from_thing: Pose) -> dict[str, Any]:
-    """A pose as plain values."""
+    """A pose as plain values, the same ones whenever it is read and written again."""
     return {
-        "wxyz": world_from_thing.quaternion().tolist(),
+        "wxyz": _steady(world_from_thing.quaternion()).tolist(),
         "translation_m": world_from_thing.translation.tolist(),
     }
+
+
+def _steady(wxyz: NDArray[np.float64]) -> NDArray[np.float64]:
+    """A unit quaternion whose values do not change when it becomes a matrix and comes back.
+
+    Three numbers are rounded, far above what a matrix leaves uncertain, and the largest follows
+    from them: so the norm is 1 to the last bit, and nothing moves when it is normalised.
+    """
+    largest = int(np.argmax(np.round(np.abs(wxyz), 6)))
+    steady = np.round(wxyz, QUATERNION_DIGITS)
+    steady[largest] = 0.0
+    steady[largest] = math.copysign(math.sqrt(1.0 - float(steady @ steady)), wxyz[largest])
+    first = steady[np.flatnonzero(steady)[0]]
+    # Half a turn has two quaternions, and noise would choose between them.
+    return (steady if first > 0 else -steady) + 0.0
 
 
 def pose_from_json(values: Mapping[str, Any]) -> Pose:

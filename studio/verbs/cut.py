@@ -173,9 +173,14 @@ def _cut(args: argparse.Namespace, package: ScenePackage) -> tuple[dict[str, obj
     save_package(done.package, args.scene)
     if args.preview is not None:
         write_previews(args.preview, package, views, done)
+    return _reported(args.scene, done, seconds=seconds)
+
+
+def _reported(scene: Path, done: Cutout, *, seconds: float) -> tuple[dict[str, object], list[str]]:
+    """A cut as one JSON object, and in lines."""
     size_cm = [round(100 * extent, 1) for extent in done.box.size_m]
     report: dict[str, object] = {
-        "object": object_id,
+        "object": done.item.object_id,
         "splats": len(done.item.splats),
         "floaters": done.floaters,
         "filled": done.filled,
@@ -185,16 +190,18 @@ def _cut(args: argparse.Namespace, package: ScenePackage) -> tuple[dict[str, obj
         "seconds": round(seconds, 2),
         "seen": coverage_values(done.item)["seen"],
         "seen_words": seen_words(done.item),
+        "notes": list(done.notes),
         "views": [
             {"name": v.name, "agreement": round(v.overlap, 3), "used": v.used} for v in done.views
         ],
     }
     lines = [
-        f"{args.scene}: {object_id}, {len(done.item.splats):,} splats, "
+        f"{scene}: {done.item.object_id}, {len(done.item.splats):,} splats, "
         f"{' × '.join(f'{side:g}' for side in size_cm)} cm, {done.floaters} floaters removed, "
         f"{done.filled:,} splats filled in below, {done.relit:,} taken out of its shadow, "
         f"{seconds:.1f} s",
         f"  {seen_words(done.item)}; 'nexus objects' says which photos would help",
+        *(f"  note: {note}" for note in done.notes),
     ]
     lines += [
         f"  {v.name}: left out, its mask fits the others by {v.overlap:.0%} only"

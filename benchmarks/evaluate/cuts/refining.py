@@ -9,6 +9,7 @@ import math
 import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +37,19 @@ refinement's alone."""
 
 SECONDS_BAR, ASIDE_BAR_DB, UNSEEN_BAR_DB = 15.0, 30.0, 25.0
 """An object's refinement, and its model against true pictures."""
+
+
+class Draw(Protocol):
+    """Gives a room's true pictures."""
+
+    def __call__(self, capture: Capture, *, aside: Sequence[View]) -> TrueRoom:
+        """Ready to draw a capture's room.
+
+        Args:
+            capture: of the room.
+            aside: its photos that no training saw.
+        """
+        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +90,7 @@ class RefineScore:
 def refined_scores(
     cases: Sequence[Case],
     *,
-    draw: Callable[[Capture, Sequence[View]], TrueRoom],
+    draw: Draw,
     progress: Progress,
     ways: Sequence[str] = (BY_BOXES, BY_TRUTH),
     options: RefineOptions | None = None,
@@ -86,7 +100,7 @@ def refined_scores(
 
     Args:
         cases: of one capture.
-        draw: gives the room's true pictures, of a capture and its photos that are kept aside.
+        draw: gives the room's true pictures.
         progress: shows what is under way.
         ways: of cutting.
         options: of the refinement; the product's if not given.
@@ -98,7 +112,8 @@ def refined_scores(
     name = capture.folder.name
     progress.begin(f"{name}: refining")
     scores: list[RefineScore] = []
-    with draw(capture, capture.photos[HELD_OUT_EVERY - 1 :: HELD_OUT_EVERY]) as truth:
+    aside = capture.photos[HELD_OUT_EVERY - 1 :: HELD_OUT_EVERY]
+    with draw(capture, aside=aside) as truth:
         colours = truth.colours(capture.package.room, renderer)
         for number, case in enumerate(cases):
             if not case.views[BY_BOXES]:
@@ -135,7 +150,7 @@ def refine_table(scores: Sequence[RefineScore]) -> str:
     return "\n".join(lines)
 
 
-def quality_db(model: ObjectModel, views: Sequence[TrueView], colours: FloatArray) -> float:
+def quality_db(model: ObjectModel, views: Sequence[TrueView], *, colours: FloatArray) -> float:
     """PSNR of a model in pictures of it, where these show it; NaN without any.
 
     Args:
@@ -170,14 +185,14 @@ class _Judge:
 
     def both_db(self, model: ObjectModel) -> tuple[float, float]:
         """Of views kept aside, and of unseen sides."""
-        aside, unseen = (quality_db(model, views, self.colours) for views in self.views)
+        aside, unseen = (quality_db(model, views, colours=self.colours) for views in self.views)
         return aside, unseen
 
 
 def _score(case: Case, way: str, *, judge: _Judge) -> RefineScore:
     who = (case.capture.folder.name, case.object_id, case.family, way)
     try:
-        cut = _cut(case, way, judge.renderer)
+        cut = _cut(case, way, renderer=judge.renderer)
         before = judge.both_db(cut.item)
         began = judge.stopwatch()
         done = refine_object(
@@ -195,7 +210,7 @@ def _score(case: Case, way: str, *, judge: _Judge) -> RefineScore:
     return RefineScore(*who, photos, splats, seconds, aside, unseen, *before)
 
 
-def _cut(case: Case, way: str, renderer: NativeRenderer) -> Cutout:
+def _cut(case: Case, way: str, *, renderer: NativeRenderer) -> Cutout:
     package = case.capture.package
     if way == BY_BOXES:
         return cut_marked(

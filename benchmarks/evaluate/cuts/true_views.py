@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from types import TracebackType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -84,7 +83,7 @@ class TrueView:
     shown: BoolArray
 
 
-def true_room(seed: int, capture: Capture, aside: Sequence[View]) -> TrueRoom:
+def true_room(seed: int, capture: Capture, *, aside: Sequence[View]) -> TrueRoom:
     """The random room of a seed, ready to be drawn as the phone filmed it; to be closed.
 
     Args:
@@ -98,7 +97,7 @@ def true_room(seed: int, capture: Capture, aside: Sequence[View]) -> TrueRoom:
     room, _ = filmed_movables(seed)
     truth = {shot.name: shot.world_from_camera for shot in read_truth(capture.folder).shots}
     moved = rigid_from_cameras(capture.photos, truth, where=str(capture.folder))
-    return TrueRoom(room, capture, aside, true_from_package=moved)
+    return TrueRoom(room, capture, aside=aside, true_from_package=moved)
 
 
 class TrueRoom:
@@ -115,8 +114,8 @@ class TrueRoom:
         self,
         room: PhysicalRoom,
         capture: Capture,
-        aside: Sequence[View],
         *,
+        aside: Sequence[View],
         true_from_package: Pose,
     ) -> None:
         self._true_from_package = true_from_package
@@ -137,12 +136,7 @@ class TrueRoom:
     def __enter__(self) -> TrueRoom:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *reason: object) -> None:
         self._rasteriser.close()
 
     def colours(self, room: SplatCloud, renderer: NativeRenderer) -> FloatArray:
@@ -204,7 +198,7 @@ class TrueRoom:
             self._alone(
                 number,
                 camera,
-                look_at(item.middle + distance * direction, item.middle),
+                pose=look_at(item.middle + distance * direction, item.middle),
                 photos=photos,
             )
             for direction in _far_directions(rays)
@@ -212,19 +206,19 @@ class TrueRoom:
         return [_cropped(view) for view in found if view.shown.sum() >= MIN_SHOWN_PX]
 
     def _alone(
-        self, number: int, camera: Pinhole, pose: Pose, *, photos: Sequence[View]
+        self, number: int, camera: Pinhole, *, pose: Pose, photos: Sequence[View]
     ) -> TrueView:
         triangles = self._capture.objects[number].triangles
         alone = RayScene(triangles)
         rgb = self._drawn(camera, pose, hidden=self._mesh_owner != number)
-        part, around = _box_around(camera, pose, triangles)
+        part, around = _box_around(camera, pose, triangles=triangles)
         shape = around.height_px, around.width_px
         covered = np.zeros(shape)
         for shift in SAMPLES_PX:
-            covered += (_ends(around, pose, alone, shift_px=shift)[1] >= 0).reshape(shape)
+            covered += (_ends(around, pose, scene=alone, shift_px=shift)[1] >= 0).reshape(shape)
         behind = np.full((*shape, 3), GREY)
         whole = rgb[part] + (1 - covered[..., None] / len(SAMPLES_PX)) * behind
-        ends, triangle = _ends(around, pose, alone)
+        ends, triangle = _ends(around, pose, scene=alone)
         shown = triangle >= 0
         shown[shown] = seen_in(ends[shown], self._scene, views=photos)
         return TrueView(around, pose, whole, behind, shown.reshape(shape))
@@ -242,7 +236,7 @@ class TrueRoom:
 
     def _owners_in(self, view: View) -> NDArray[np.intp]:
         camera = _pinhole(view)
-        _, triangle = _ends(camera, view.world_from_camera, self._scene)
+        _, triangle = _ends(camera, view.world_from_camera, scene=self._scene)
         owners = np.where(triangle >= 0, self._owner[np.maximum(triangle, 0)], -1)
         return owners.reshape(camera.height_px, camera.width_px)
 
@@ -267,8 +261,8 @@ def _far_directions(rays: FloatArray) -> list[FloatArray]:
 def _ends(
     camera: Pinhole,
     world_from_camera: Pose,
-    scene: RayScene,
     *,
+    scene: RayScene,
     shift_px: tuple[float, float] = (0.0, 0.0),
 ) -> tuple[FloatArray, NDArray[np.int64]]:
     """(H · W, 3) where the pixels' rays end, and (H · W,) on which triangle, -1 for none."""
@@ -282,7 +276,7 @@ def _ends(
 
 
 def _box_around(
-    camera: Pinhole, world_from_camera: Pose, triangles: FloatArray
+    camera: Pinhole, world_from_camera: Pose, *, triangles: FloatArray
 ) -> tuple[tuple[slice, slice], Pinhole]:
     """Rows and columns of a picture that triangles (T, 3, 3) are in, and the camera of them."""
     pixels, valid = camera.project(world_from_camera.inverse() @ triangles.reshape(-1, 3))

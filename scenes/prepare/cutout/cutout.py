@@ -64,6 +64,7 @@ class Cutout:
         floaters: stray splats that were removed with it, and what it would have left behind.
         filled: splats laid where the support had never been seen.
         relit: splats of the support that were in its shadow.
+        notes: doubts about the marks, in words.
     """
 
     package: ScenePackage
@@ -73,6 +74,7 @@ class Cutout:
     floaters: int
     filled: int
     relit: int
+    notes: tuple[str, ...] = ()
 
 
 def cut_out(
@@ -197,7 +199,7 @@ def make_object(
     )
     changed = with_coverage(changed, object_id, renderer=renderer)
     item = changed.objects[-1]
-    return Cutout(changed, item, box, found.views, stray, filled, relit)
+    return Cutout(changed, item, box, found.views, stray, filled, relit, found.notes)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -317,10 +317,11 @@ def _done(report: dict[str, Any]) -> str:
     if "cleaned" in report:
         return f"{report['cleaned']:,} splats removed"
     size = " × ".join(f"{side:g}" for side in report["box_cm"])
-    return (
+    found = (
         f"{report['object']}: {report['splats']:,} splats, {size} cm, "
         f"{report['floaters']} floaters removed; {report['seen_words']}"
     )
+    return "\n".join([found, *report["notes"]])
 
 
 def image_of(picture: NDArray[np.uint8]) -> QImage:

@@ -24,7 +24,7 @@ from scenes.package import (
     save_package,
 )
 from scenes.package.files import PackageError, fingerprint
-from scenes.package.records import ViewPoint
+from scenes.package.records import ViewPoint, pose_from_json, pose_to_json
 from scenes.pose import Pose
 from scenes.quad import QrCode
 from scenes.splats import SplatCloud
@@ -417,3 +417,14 @@ def test_open_scene_says_what_there_is(tmp_path):
         open_scene(tmp_path / "a.ply")
     with pytest.raises(PackageError, match="not a scene package"):
         open_scene(tmp_path)
+
+
+def test_poses_read_and_written_again_are_the_same_to_the_byte():
+    rng = np.random.default_rng(3)
+    turns = [*rng.normal(size=(500, 4)), *np.eye(4), [0, 1, 1, 0], [1, 1, 1, 1], [1e-13, 1, 0, 0]]
+    for turn in turns:
+        pose = Pose.from_quaternion(np.array(turn) / np.linalg.norm(turn), rng.normal(size=3))
+        written = pose_to_json(pose)
+        read = pose_from_json(written)
+        assert pose_to_json(read) == written
+        assert np.allclose(read.matrix(), pose.matrix(), atol=1e-11)

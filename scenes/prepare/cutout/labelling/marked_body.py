@@ -20,6 +20,14 @@ from scenes.package.records import ViewPoint
 from scenes.pose import Pose
 from scenes.prepare.cells import nearest
 from scenes.prepare.cutout.labelling.cell_odds import colour_odds, going_on
+from scenes.prepare.cutout.labelling.doubts import (
+    Boxed,
+    Labelled,
+    doubts,
+    require_meeting,
+    require_object,
+    something_else,
+)
 from scenes.prepare.cutout.labelling.ending_bodies import ending_bodies
 from scenes.prepare.cutout.labelling.graph_cut import cut
 from scenes.prepare.cutout.labelling.separate import Separation
@@ -117,6 +125,11 @@ class _Mark:
         view = self.view
         return in_box(points, view.camera, view.world_from_camera, box_of(view), slack)
 
+    def boxed(self, slack: float) -> Boxed:
+        """Its box, for words about it."""
+        view = self.view
+        return Boxed(view.name, view.camera, view.world_from_camera, box_of(view), slack)
+
 
 def marked_body(
     cloud: SplatCloud,
@@ -139,7 +152,7 @@ def marked_body(
     marks = _marks(cloud, views, renderer=renderer)
     core = _drawn_inside(marks)
     last_m = np.inf
-    cells, labels = None, np.zeros(0, dtype=bool)
+    cells, body, other = None, None, None
     for number in range(PASSES):
         low, high = np.percentile(core, (1, 99) if number == 0 else (0, 100), axis=0)
         size_m = float((high - low).max())
@@ -154,9 +167,14 @@ def marked_body(
             side_m=float(np.clip(size_m / CELLS_ACROSS, *SIDES_M)),
             renderer=renderer,
         )
-        labels = _labelled(cells, marks)
-        core = cells.places[labels]
+        body = _labelled(cells, marks)
+        other = something_else(cells, body) if other is None else other
+        core = cells.places[body.labels]
     assert cells is not None
+    assert body is not None
+    labels, boxed = body.labels, [mark.boxed(BOX_SLACK) for mark in marks]
+    if not any(len(view.inside_px) for view in views):
+        require_object(cells, body, boxed=boxed)
     means = cloud.means.astype(np.float64)
     within = np.logical_and.reduce([mark.holds(means, BOX_SLACK) for mark in marks])
     found = splats_of_cells(cloud, cells, labels=labels, within=within, far_m=FAR_M)
@@ -165,7 +183,8 @@ def marked_body(
     shown = {mark.view.name: _verdict(mark, own) for mark in marks}
     verdicts = tuple(shown.get(view.name, ViewVerdict(view.name, 0.0, False)) for view in views)
     masks = tuple(mark.view for mark in marks)
-    return Separation(found, none, none, verdicts, masks, own, around)
+    notes = doubts(cells, body, boxed=boxed, other=other)
+    return Separation(found, none, none, verdicts, masks, own, around, notes)
 
 
 def _marks(
@@ -197,19 +216,11 @@ def _drawn_inside(marks: Sequence[_Mark]) -> FloatArray:
         pixels = pixels[(x > left) & (x < right) & (y > top) & (y < bottom)]
         points, is_drawn = points_drawn(view.camera, view.world_from_camera, mark.depth, pixels)
         found.append(points[is_drawn])
-    core = np.concatenate(found)
-    core = core[np.logical_and.reduce([mark.holds(core, 0.0) for mark in marks])]
-    if not len(core):
-        names = ", ".join(mark.view.name for mark in marks)
-        raise ValueError(
-            f"nothing is drawn inside the boxes of {names} at once: there is no object in this "
-            "place, or the boxes are around different ones; draw each around the same whole object"
-        )
-    return core
+    return require_meeting(found, [mark.boxed(0.0) for mark in marks])
 
 
-def _labelled(cells: SurfaceCells, marks: Sequence[_Mark]) -> BoolArray:
-    """(N,) the object's cells: those of least energy.
+def _labelled(cells: SurfaceCells, marks: Sequence[_Mark]) -> Labelled:
+    """The object's cells: those of least energy.
 
     Raises:
         ValueError: there are none.
@@ -218,7 +229,8 @@ def _labelled(cells: SurfaceCells, marks: Sequence[_Mark]) -> BoolArray:
     sights = [_sight(cells, mark) for mark in marks]
     is_seen = np.logical_or.reduce([seen for seen, _ in sights])
     shape = np.where(is_seen, PRIOR, HIDDEN_PRIOR)
-    shape -= (PRIOR + GOES_ON_COST) * going_on(cells, inside)
+    flat = going_on(cells, inside)
+    shape -= (PRIOR + GOES_ON_COST) * flat
     shape += sum(odds for _, odds in sights)
     meant = _centrality(cells.places, marks) * np.where(is_seen, 1.0, LEFT_OUT)
     for mark in marks:
@@ -227,19 +239,19 @@ def _labelled(cells: SurfaceCells, marks: Sequence[_Mark]) -> BoolArray:
             meant[at_stroke] = says * len(cells)
     shape = np.where(inside, shape, -np.inf)
     links = links_between(cells)
-    belief, labels = shape, np.zeros(len(cells), dtype=bool)
+    belief, labels, held, openness = shape, inside, inside, 0.0
     for _ in range(ROUNDS):
-        labels = cut(belief, links, smoothness=SMOOTHNESS)
-        if not labels.any():
+        held = cut(belief, links, smoothness=SMOOTHNESS)
+        if not held.any():
             raise ValueError(
                 "the photos show no object inside the boxes that ends there; draw each box around "
                 "one whole object, in views from different sides"
             )
-        labels, _ = ending_bodies(
-            cells, labels, meant=meant, inside=inside, links=links, beside=BESIDE
+        labels, openness = ending_bodies(
+            cells, held, meant=meant, inside=inside, links=links, beside=BESIDE
         )
         belief = shape + colour_odds(cells.colours, labels)
-    return labels
+    return Labelled(labels, held, flat, inside, openness, links)
 
 
 def _sight(cells: SurfaceCells, mark: _Mark) -> tuple[BoolArray, FloatArray]:

@@ -88,6 +88,7 @@ class Separation:
         masks: the views whose masks were used.
         own: (P, 3) points on its surface and around: (Q, 3) beside it, as many views agree about
             them; none where splats alone were looked at.
+        notes: doubts about the marks, in words.
     """
 
     labels: BoolArray
@@ -97,6 +98,7 @@ class Separation:
     masks: tuple[MaskedView, ...] = ()
     own: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
     around: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
+    notes: tuple[str, ...] = ()
 
 
 def separate(

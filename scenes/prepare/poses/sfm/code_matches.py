@@ -56,7 +56,7 @@ def sheets_in(folder: Path, names: Sequence[str]) -> dict[str, tuple[Sheet, ...]
 
 
 def labels_of(
-    keypoints: FloatArray, sheets: Sequence[Sheet], numbers: Mapping[str, int]
+    keypoints: FloatArray, sheets: Sequence[Sheet], *, numbers: Mapping[str, int]
 ) -> NDArray[np.intp]:
     """(K,) number of the code on whose sheet each feature lies, or `NO_CODE`.
 
@@ -78,7 +78,7 @@ def labels_of(
 
 
 def drop_mixed_codes(
-    database: Any, pairs: Sequence[tuple[str, str]], sheets: Mapping[str, Sequence[Sheet]]
+    database: Any, pairs: Sequence[tuple[str, str]], *, sheets: Mapping[str, Sequence[Sheet]]
 ) -> list[tuple[str, str]]:
     """Pairs of pictures whose matches between different codes were dropped, to be verified anew.
 
@@ -96,7 +96,7 @@ def drop_mixed_codes(
         name: labels_of(
             np.asarray(database.read_keypoints(image).data)[:, :2].astype(np.float64),
             sheets[name],
-            numbers,
+            numbers=numbers,
         )
         for name, image in images.items()
     }

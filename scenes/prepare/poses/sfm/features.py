@@ -130,7 +130,7 @@ def match(worker: Worker) -> None:
             worker.database, options, pairing, verification, pycolmap.Device.cpu
         )
         with open_database(worker.database) as database:
-            changed = drop_mixed_codes(database, block, sheets)
+            changed = drop_mixed_codes(database, block, sheets=sheets)
         if changed:
             _write_pairs(pairing.match_list_path, changed)
             pycolmap.verify_matches(worker.database, pairing.match_list_path, verification)

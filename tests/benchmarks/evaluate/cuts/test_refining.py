@@ -27,8 +27,8 @@ QUIET = Progress(lambda line, last: None)
 
 @pytest.fixture(scope="module")
 def draw(cube_meshes):
-    def drawn(capture, aside):
-        return TrueRoom(cube_meshes, capture, aside, true_from_package=Pose.identity())
+    def drawn(capture, *, aside):
+        return TrueRoom(cube_meshes, capture, aside=aside, true_from_package=Pose.identity())
 
     return drawn
 
@@ -37,14 +37,14 @@ def test_a_model_in_its_place_is_better_than_one_beside_it(cubes, draw):
     splats = cubes.package.room.select(cases_of(cubes)[0].truth.labels)
     model = ObjectModel("red", "red", "", splats, (0.4, 0.4, 0.4), 0.0, Pose.identity())
     beside = replace(model, world_from_object=Pose.from_yaw(0.0, (0.3, 0.3, 0.0)))
-    with draw(cubes, cubes.photos[7::8]) as truth:
+    with draw(cubes, aside=cubes.photos[7::8]) as truth:
         views = truth.aside_views(0)
         # The side that this photo shows is in the shade, and the splats are not.
         shade = views[0].rgb[views[0].shown][:, 0].mean() / (200 / 255)
         colours = np.array([[shade, 0.0]] * 3)
-        right, wrong = (quality_db(m, views, colours) for m in (model, beside))
+        right, wrong = (quality_db(m, views, colours=colours) for m in (model, beside))
     assert right > wrong + 3
-    assert math.isnan(quality_db(model, [], colours))
+    assert math.isnan(quality_db(model, [], colours=colours))
 
 
 def test_an_object_is_cut_refined_and_judged(cubes, draw):

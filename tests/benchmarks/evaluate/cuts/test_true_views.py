@@ -24,7 +24,7 @@ def from_one_side(cubes):
 @pytest.fixture(scope="module")
 def truth(from_one_side, cubes, cube_meshes):
     with TrueRoom(
-        cube_meshes, from_one_side, cubes.photos[3:4], true_from_package=Pose.identity()
+        cube_meshes, from_one_side, aside=cubes.photos[3:4], true_from_package=Pose.identity()
     ) as room:
         yield room
 

@@ -135,5 +135,5 @@ def test_boxes_that_mean_nothing_are_refused(room, walk, renderer):
         boxed(room, walk[k], renderer, [number], pad_px=0.0)
         for k, number in ((6, FIRST), (7, SECOND))
     ]
-    with pytest.raises(ValueError, match="around different ones"):
+    with pytest.raises(ValueError, match="around different places"):
         marked_body(cloud, different, viewpoints=walk, renderer=renderer)

@@ -21,7 +21,7 @@ SQUARE = np.array([[100.0, 100], [200, 100], [200, 200], [100, 200]])
 def test_features_on_a_sheet_are_the_codes():
     keypoints = np.array([[150.0, 150], [80, 150], [70, 150], [400, 150]])
     for corners in (SQUARE, SQUARE[::-1]):
-        labels = labels_of(keypoints, [Sheet("B", corners)], {"A": 0, "B": 1})
+        labels = labels_of(keypoints, [Sheet("B", corners)], numbers={"A": 0, "B": 1})
         assert labels.tolist() == [1, 1, NO_CODE, NO_CODE]
 
 
@@ -59,18 +59,20 @@ def test_matches_of_two_codes_are_dropped_and_no_others(database):
     }
     pairs = [("a.jpg", "b.jpg"), ("a.jpg", "c.jpg"), ("b.jpg", "c.jpg")]
     with open_database(database) as opened:
-        assert drop_mixed_codes(opened, pairs, sheets) == [pairs[0], pairs[2]]
+        assert drop_mixed_codes(opened, pairs, sheets=sheets) == [pairs[0], pairs[2]]
         ids = [opened.read_image_with_name(f"{name}.jpg").image_id for name in "abc"]
         assert np.asarray(opened.read_matches(ids[0], ids[1]))[:, 0].tolist() == [2, 3]
         assert not opened.exists_two_view_geometry(ids[0], ids[1])
         assert opened.exists_two_view_geometry(ids[0], ids[2])
-        assert drop_mixed_codes(opened, pairs, sheets) == []
+        assert drop_mixed_codes(opened, pairs, sheets=sheets) == []
 
 
 def test_a_room_with_one_code_keeps_all(database):
     sheets = {"a.jpg": (Sheet("A", SQUARE),), "b.jpg": (Sheet("A", SQUARE),), "c.jpg": ()}
     with open_database(database) as opened:
-        assert drop_mixed_codes(opened, [("a.jpg", "b.jpg"), ("a.jpg", "c.jpg")], sheets) == []
+        assert (
+            drop_mixed_codes(opened, [("a.jpg", "b.jpg"), ("a.jpg", "c.jpg")], sheets=sheets) == []
+        )
 
 
 def test_codes_are_read_in_pictures(tmp_path):
