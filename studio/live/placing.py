@@ -124,10 +124,7 @@ def place_camera(
         FootageError, OSError: the camera file is bad.
     """
     stream = stream_of(pictures[0], layout, setup)
-    rig, said = None, ""
-    if carried is not None and setup.camera_file is None:
-        rig, said = _carried_lenses(stream, carried)
-    rig = rig or _assumed_lenses(stream, setup)
+    rig, said = _first_lenses(stream, setup, carried=carried)
     frames = [_frame(received, stream, rig) for received in pictures]
     placed = PlacedCamera(
         stream, rig, scene.world_from_rig, None, f"at the scan's place{said}", pictures[-1].t_ns
@@ -208,6 +205,16 @@ def find_in_room(frame: Frame, scene: ScenePackage, *, locate: Locate) -> Placed
             "scan has it"
         )
     return located
+
+
+def _first_lenses(
+    stream: LiveStream, setup: LiveSetup, *, carried: CarriedLenses | None
+) -> tuple[Rig, str]:
+    """Return the lenses to begin with, and what is to be said about them."""
+    rig, said = None, ""
+    if carried is not None and setup.camera_file is None:
+        rig, said = _carried_lenses(stream, carried)
+    return rig or _assumed_lenses(stream, setup), said
 
 
 def _carried_lenses(stream: LiveStream, carried: CarriedLenses) -> tuple[Rig | None, str]:
