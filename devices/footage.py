@@ -123,6 +123,24 @@ def duration_ns(path: Path) -> int:
         return round(1e9 * (container.duration or 0) / av.time_base)
 
 
+def lens_size_px(path: Path, lenses: int) -> int:
+    """Return the side of a lens's picture in a video of square lens pictures.
+
+    Raises:
+        FootageError: it is no video, or its pictures are not square lens pictures.
+    """
+    tracks = _tracks(path, lenses)
+    with _open(path) as container:
+        stream = container.streams.video[0]
+        width, height = int(stream.width), int(stream.height)
+    if width != height * (lenses if len(tracks) == 1 else 1):
+        raise FootageError(
+            f"{path}: {len(tracks)} picture tracks of {width}×{height} px, wanted {lenses} square "
+            "lens pictures, side by side or a track each"
+        )
+    return height
+
+
 def _suited(path: Path, seq: int, pictures: Pictures, rig: Rig) -> Pictures:
     """One picture a lens, of that lens's size."""
     count = len(rig.lenses)

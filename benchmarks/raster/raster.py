@@ -10,7 +10,6 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.raster.gradients import gradient_rows
 from benchmarks.raster.peers import peer_rows
@@ -28,8 +27,8 @@ from benchmarks.raster.stage_rows import blend_rows, stage_rows
 from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose
 from scenes.render.native import NativeRenderer
-from scenes.render.picture_memory import rendering_of
-from scenes.render.renderer import PosedSplats, Rendering, RenderOptions, tiles_of
+from scenes.render.renderer import PosedSplats, RenderOptions
+from scenes.render.still import StillView
 from studio.console.rows import Row, as_json, as_table, at_least, at_most, exit_code
 
 View = tuple[Pinhole | Fisheye, Pose]
@@ -147,7 +146,10 @@ def _moved_row(
     """
     cloud = shrunk(bench_object(OBJECT_SPLATS, rng), 0.4 / 0.9)
     options = RenderOptions(threads=2)
-    stills = [StillView(native, camera, pose, options) for camera, pose in scene.views]
+    stills = [
+        StillView(native, camera, world_from_camera=pose, options=options)
+        for camera, pose in scene.views
+    ]
 
     def steps() -> Iterator[tuple[PosedSplats, ...]]:
         for step in range(WARM_UPS + repeats):
@@ -225,71 +227,3 @@ def _error_cameras() -> tuple[Pinhole | Fisheye, ...]:
         Fisheye.from_fov(160, np.radians(200.0)),
         Fisheye.from_fov(150, np.radians(250.0)),
     )
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Refresh:
-    """A still view after an update.
-
-    Attributes:
-        rendering: the whole picture, read-only. It is the view's own memory, which the next update
-            overwrites: copy what has to outlive it.
-        drawn: (ceil(H / TILE_PX), ceil(W / TILE_PX)) bool, the tiles that were drawn again; all
-            others hold what they held before.
-    """
-
-    rendering: Rendering
-    drawn: NDArray[np.bool_]
-
-
-class StillView:
-    """One camera in one place, its last picture, and the objects that picture shows.
-
-    The picture after each update equals, to the bit, what `renderer.render` draws of the same
-    objects. An object is unchanged if the same `SplatCloud` stands at the same place of the list in
-    the same pose; one that appears, goes, moves or changes place costs the tiles it touches, before
-    and after. Keep objects that come and go at the end of the list. One caller at a time.
-
-    Args:
-        renderer: whose kernels and prepared clouds are used.
-        camera: lens and size of the picture.
-        world_from_camera: where the camera stands.
-        options: how to draw, the number of threads included.
-
-    Raises:
-        ValueError: names the argument, what it got and what it wants.
-    """
-
-    def __init__(
-        self,
-        renderer: NativeRenderer,
-        camera: Pinhole | Fisheye,
-        world_from_camera: Pose,
-        options: RenderOptions | None = None,
-    ) -> None:
-        self._renderer = renderer
-        self._camera = camera
-        self._world_from_camera = world_from_camera
-        self._options = options or RenderOptions()
-        self._picture = renderer.still_picture(camera, self._options)
-        self._rendering = _read_only(
-            rendering_of(self._picture.arrays, camera.height_px, camera.width_px)
-        )
-
-    def update(self, objects: Sequence[PosedSplats]) -> Refresh:
-        """Bring the picture to `objects`; the first update draws all of it.
-
-        Raises:
-            ValueError: names the argument, what it got and what it wants.
-        """
-        drawn = self._renderer.update_still(
-            self._picture, objects, self._camera, self._world_from_camera, self._options
-        )
-        return Refresh(self._rendering, drawn.reshape(tiles_of(self._camera)))
-
-
-def _read_only(rendering: Rendering) -> Rendering:
-    for array in (rendering.rgb, rendering.alpha, rendering.depth, rendering.ids):
-        if array is not None:
-            array.flags.writeable = False
-    return rendering

@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
+from devices.hub.entities.board import Board
 from devices.hub.entry.tokens import Ticket, TokenRefused, Tokens
 from devices.hub.fields import MessageError, read_object
 from devices.hub.media.offer import OfferError, clean_offer, read_offer
 from devices.hub.media.voice_wire import Voice, decode_voice, encode_voice
 from devices.hub.messages import Do, OpError, clean_name, read_message
 from devices.hub.roles import Role
-from devices.hub.things.board import Board
 from devices.hub.wire import (
     JOINTS,
     Body,

@@ -6,6 +6,7 @@ import threading
 from collections import deque
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 from devices.adapter import Sink
 from devices.camera.address import AddressKind, CameraAddress
@@ -24,6 +25,8 @@ from devices.camera.units import (
     Unit,
 )
 from devices.clock import Clock
+from devices.insta360.lens_rig import CarriedLenses, read_carried
+from devices.insta360.offsets import OffsetError
 from devices.messages import EncodedFrame, Event
 from devices.streams import Slot, StreamClosedError, StreamFullError
 from scenes.workers.task import Task
@@ -120,6 +123,24 @@ class CameraReceiver:
     def last(self) -> Received | None:
         """The newest picture, kept while nothing arrives; None before the first."""
         return self._last
+
+    def carried_lenses(self) -> CarriedLenses | None:
+        """Return the calibration that the camera or the file carries; None where it has none.
+
+        Raises:
+            OSError: the file cannot be read.
+        """
+        source = self._source
+        if isinstance(source, Insta360Source) and source.info is not None:
+            info = source.info
+            words = info.offset_v3 or info.offset_v2 or info.offset
+            return CarriedLenses(words, info.camera_type) if words else None
+        if self._address.kind is AddressKind.FILE:
+            try:
+                return read_carried(Path(self._address.path))
+            except OffsetError as error:
+                self._event("lens-calibration", str(error))
+        return None
 
     def status(self) -> CameraStatus:
         """How it is doing now."""

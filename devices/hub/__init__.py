@@ -6,5 +6,5 @@
 hubs), `outbox.py` (what waits for a client) on `channels.py` (states, log, bodies, and the texts
 of rights and people), `inbox.py` (what the program takes); `messages.py` `fields.py` (text read and
 checked), `wire.py` (head, hands and controllers in bytes). Rooms: `entry/` (codes, tokens,
-certificates), `things/` (what people draw and put, and undo), `media/` (voice, video).
+certificates), `entities/` (what people draw and put, and undo), `media/` (voice, video).
 """

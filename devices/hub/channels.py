@@ -9,10 +9,10 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from devices.hub.entities.board import Board
+from devices.hub.entities.drawn import DECIMALS, GLTF_FROM_WORLD
+from devices.hub.entities.pen import Pen
 from devices.hub.roles import SPEAK, Person, may_speak
-from devices.hub.things.board import Board
-from devices.hub.things.drawn import DECIMALS, GLTF_FROM_WORLD
-from devices.hub.things.pen import Pen
 from devices.hub.wire import pack_item
 from scenes.frames import WORLD_FROM_GLTF
 from scenes.state import SceneState, TrackedObject

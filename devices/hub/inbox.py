@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from devices.hub.contract import Arrived
+from devices.hub.entities.drawn import Drawn, Entity
 from devices.hub.roles import Op, Person, Role
-from devices.hub.things.drawn import Drawn, Thing
 from devices.hub.wire import Body, decode_body
 from scenes.frames import OPENGL_FROM_OPENCV, WORLD_FROM_GLTF
 from scenes.state import Annotation, Avatar, LiveSurface, Placed, is_there
@@ -19,27 +19,27 @@ MAX_EVENTS = 256
 """Events that wait for the session; the oldest go first."""
 
 MAX_CHANGES = 4096
-"""Things that wait, and those handed out that are remembered; the oldest go first."""
+"""Entities that wait, and those handed out that are remembered; the oldest go first."""
 
 
 @dataclass(slots=True)
 class Inbox:
-    """Things and events since the last look."""
+    """Entities and events since the last look."""
 
-    _changes: OrderedDict[tuple[Op, str], Thing] = field(
-        default_factory=OrderedDict[tuple[Op, str], Thing]
+    _changes: OrderedDict[tuple[Op, str], Entity] = field(
+        default_factory=OrderedDict[tuple[Op, str], Entity]
     )
     _events: deque[tuple[str, str]] = field(
         default_factory=lambda: deque[tuple[str, str]](maxlen=MAX_EVENTS)
     )
-    _handed: dict[tuple[Op, str], deque[Thing]] = field(
-        default_factory=dict[tuple[Op, str], "deque[Thing]"]
+    _handed: dict[tuple[Op, str], deque[Entity]] = field(
+        default_factory=dict[tuple[Op, str], "deque[Entity]"]
     )
     _remembered: int = 0
 
     def draw(self, drawn: Drawn) -> None:
-        """Take a thing; one of the same name that waits is replaced."""
-        change = drawn.thing()
+        """Take an entity; one of the same name that waits is replaced."""
+        change = drawn.entity()
         name = (drawn.op, drawn.key)
         self._changes.pop(name, None)
         self._changes[name] = change
@@ -50,7 +50,7 @@ class Inbox:
         """Take an event."""
         self._events.append((kind, text))
 
-    def recognise(self, name: tuple[Op, str], sent: Thing) -> bool:
+    def recognise(self, name: tuple[Op, str], sent: Entity) -> bool:
         """Return whether a value of the session's state is one that came from here.
 
         Those of its name that came before are forgotten: a state shows none of them again.

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from devices.hub.entities.drawn import Drawn
+from devices.hub.entities.reading import read_drawn
 from devices.hub.fields import (
     MessageError,
     read_count,
@@ -16,8 +18,6 @@ from devices.hub.fields import (
 from devices.hub.media.offer import OfferError
 from devices.hub.media.signals import MediaSignal, OfferSignal, read_signal
 from devices.hub.roles import Op
-from devices.hub.things.drawn import Drawn
-from devices.hub.things.reading import read_drawn
 
 MAX_TEXT_BYTES = 128 * 1024
 """Length of a text: a line of 1,000 points as browsers print doubles, and as much again."""

@@ -1,5 +1,6 @@
 """Drawing splats: one protocol, a float64 reference and the native kernel behind it.
 
-`renderer.py` (the protocol), `native.py` (Rust), `gradients.py` (derivatives), `training.py`,
-`reduction.py` (fewer splats for much the same picture).
+`renderer.py` (the protocol), `native.py` (Rust), `still.py` (only what moved is drawn again),
+`gradients.py` (derivatives), `training.py`, `reduction.py` (fewer splats
+for much the same picture).
 """

@@ -261,7 +261,7 @@ class NativeRenderer:
     def still_picture(
         self, camera: Pinhole | Fisheye, options: RenderOptions
     ) -> _native.StillPicture:
-        """An empty picture for `update_still`, which `benchmarks.raster.raster` uses."""
+        """An empty picture for `update_still`, which `scenes.render.still` uses."""
         check_view(camera, options)
         return self._still(lens=lens_of(camera), draw=draw_of(options))
 

@@ -7,6 +7,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum
 
+from sim.timed_fault import FaultRange, TimedFault, read_timed_faults
+
 
 class HeadsetFaultKind(StrEnum):
     """Kinds of faults."""
@@ -23,74 +25,24 @@ class HeadsetFaultKind(StrEnum):
     """Nothing gets through; afterwards the headset connects again with its token."""
 
 
-@dataclass(frozen=True, slots=True)
-class HeadsetFaultRange:
-    """Range of a fault's size, and how long it lasts where nothing is said, seconds."""
-
-    unit: str
-    usual: float
-    high: float
-    usual_for_s: float
-
-
 RANGES = {
-    HeadsetFaultKind.LOSS: HeadsetFaultRange("", 0.05, 1.0, math.inf),
-    HeadsetFaultKind.JITTER: HeadsetFaultRange("s", 0.02, 0.5, math.inf),
-    HeadsetFaultKind.SLEEP: HeadsetFaultRange("", 1.0, 1.0, 5.0),
-    HeadsetFaultKind.OFF: HeadsetFaultRange("", 1.0, 1.0, 5.0),
-    HeadsetFaultKind.BLACK_HOLE: HeadsetFaultRange("", 1.0, 1.0, 20.0),
+    HeadsetFaultKind.LOSS: FaultRange("", 0.05, 0.0, 1.0, math.inf),
+    HeadsetFaultKind.JITTER: FaultRange("s", 0.02, 0.0, 0.5, math.inf),
+    HeadsetFaultKind.SLEEP: FaultRange("", 1.0, 0.0, 1.0, 5.0),
+    HeadsetFaultKind.OFF: FaultRange("", 1.0, 0.0, 1.0, 5.0),
+    HeadsetFaultKind.BLACK_HOLE: FaultRange("", 1.0, 0.0, 1.0, 20.0),
 }
 """Sizes: shares and seconds that a home Wi-Fi shows as usual ones, its worst as limits."""
-
-LONGEST_S = 24 * 3600.0
-"""Latest begin of a fault, seconds: a day."""
 
 MAX_FAULTS = 100
 """Faults of one headset."""
 
-KEYS = ("at", "for", "size")
-"""Keys of a fault: begin and duration in seconds, and its size."""
-
-
-class HeadsetFaultError(ValueError):
-    """A fault that there is not: its value, and what is wanted."""
-
 
 @dataclass(frozen=True, slots=True)
-class HeadsetFault:
-    """One fault.
+class HeadsetFault(TimedFault[HeadsetFaultKind]):
+    """One fault; it begins so many seconds from the person's joining."""
 
-    Attributes:
-        kind: of `HeadsetFaultKind`.
-        at_s: begin, seconds from the person's joining.
-        for_s: duration.
-        size: in the unit of its `RANGES`.
-
-    Raises:
-        HeadsetFaultError: a value is out of range.
-    """
-
-    kind: HeadsetFaultKind
-    at_s: float
-    for_s: float
-    size: float
-
-    def __post_init__(self) -> None:
-        high, unit = RANGES[self.kind].high, RANGES[self.kind].unit
-        if not 0.0 <= self.at_s <= LONGEST_S:
-            raise HeadsetFaultError(
-                f"fault {self.kind}: at={self.at_s:g}, wanted 0 to {LONGEST_S:g} s"
-            )
-        if not self.for_s > 0.0:
-            raise HeadsetFaultError(f"fault {self.kind}: for={self.for_s:g}, wanted more than 0 s")
-        if not 0.0 <= self.size <= high:
-            raise HeadsetFaultError(
-                f"fault {self.kind}: size={self.size:g}, wanted 0 to {high:g} {unit}".rstrip()
-            )
-
-    def holds(self, t_s: float) -> bool:
-        """Whether it is there."""
-        return self.at_s <= t_s < self.at_s + self.for_s
+    ranges = RANGES
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,35 +82,6 @@ def read_headset_faults(texts: Iterable[str]) -> tuple[HeadsetFault, ...]:
     """Return the faults of `KIND:at=SECONDS,for=SECONDS,size=VALUE`; all but the kind is optional.
 
     Raises:
-        HeadsetFaultError: one is none, or there are too many.
+        FaultError: one is none, or there are too many.
     """
-    faults = tuple(_read(text) for text in texts)
-    if len(faults) > MAX_FAULTS:
-        raise HeadsetFaultError(f"faults: {len(faults)}, wanted at most {MAX_FAULTS}")
-    return faults
-
-
-def _read(text: str) -> HeadsetFault:
-    name, _, rest = text.strip().partition(":")
-    try:
-        kind = HeadsetFaultKind(name.strip())
-    except ValueError:
-        kinds = ", ".join(HeadsetFaultKind)
-        raise HeadsetFaultError(f"fault {text!r}: kind {name!r}, wanted one of {kinds}") from None
-    values: dict[str, float] = {}
-    for part in filter(None, (part.strip() for part in rest.split(","))):
-        key, _, value = (word.strip() for word in part.partition("="))
-        if key not in KEYS:
-            wanted = ", ".join(f"{known}=…" for known in KEYS)
-            raise HeadsetFaultError(f"fault {text!r}: {part!r}, wanted {wanted}")
-        try:
-            values[key] = float(value)
-        except ValueError:
-            raise HeadsetFaultError(f"fault {text!r}: {part!r}, wanted a number") from None
-    usual = RANGES[kind]
-    return HeadsetFault(
-        kind,
-        values.get("at", 0.0),
-        values.get("for", usual.usual_for_s),
-        values.get("size", usual.usual),
-    )
+    return read_timed_faults(HeadsetFault, texts, most=MAX_FAULTS)

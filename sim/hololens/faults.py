@@ -7,6 +7,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum
 
+from sim.timed_fault import FaultRange, TimedFault, read_timed_faults
+
 
 class HoloLensFaultKind(StrEnum):
     """Kinds of faults."""
@@ -35,81 +37,30 @@ class HoloLensFaultKind(StrEnum):
     """A box as large as that stands in the middle of the room, in the headset's mesh."""
 
 
-@dataclass(frozen=True, slots=True)
-class HoloLensFaultRange:
-    """Range of a fault's size, and how long it lasts where nothing is said, seconds."""
-
-    unit: str
-    usual: float
-    low: float
-    high: float
-    usual_for_s: float
-
-
 RANGES = {
-    HoloLensFaultKind.DELAY: HoloLensFaultRange("s", 0.05, 0.0, 5.0, math.inf),
-    HoloLensFaultKind.JITTER: HoloLensFaultRange("s", 0.005, 0.0, 0.5, math.inf),
-    HoloLensFaultKind.DRIFT: HoloLensFaultRange("ppm", 50.0, -500.0, 500.0, math.inf),
-    HoloLensFaultKind.DROP: HoloLensFaultRange("", 0.05, 0.0, 1.0, math.inf),
-    HoloLensFaultKind.STALL: HoloLensFaultRange("", 1.0, 1.0, 1.0, 2.0),
-    HoloLensFaultKind.HANG_UP: HoloLensFaultRange("", 1.0, 1.0, 1.0, 1.0),
-    HoloLensFaultKind.BROKEN: HoloLensFaultRange("", 0.05, 0.0, 1.0, math.inf),
-    HoloLensFaultKind.LOST: HoloLensFaultRange("", 1.0, 1.0, 1.0, 2.0),
-    HoloLensFaultKind.SHIFT: HoloLensFaultRange("m", 0.1, -5.0, 5.0, math.inf),
-    HoloLensFaultKind.SLIDE: HoloLensFaultRange("m/s", 0.001, -0.1, 0.1, math.inf),
-    HoloLensFaultKind.BOX: HoloLensFaultRange("m", 0.4, 0.05, 3.0, 10.0),
+    HoloLensFaultKind.DELAY: FaultRange("s", 0.05, 0.0, 5.0, math.inf),
+    HoloLensFaultKind.JITTER: FaultRange("s", 0.005, 0.0, 0.5, math.inf),
+    HoloLensFaultKind.DRIFT: FaultRange("ppm", 50.0, -500.0, 500.0, math.inf),
+    HoloLensFaultKind.DROP: FaultRange("", 0.05, 0.0, 1.0, math.inf),
+    HoloLensFaultKind.STALL: FaultRange("", 1.0, 1.0, 1.0, 2.0),
+    HoloLensFaultKind.HANG_UP: FaultRange("", 1.0, 1.0, 1.0, 1.0),
+    HoloLensFaultKind.BROKEN: FaultRange("", 0.05, 0.0, 1.0, math.inf),
+    HoloLensFaultKind.LOST: FaultRange("", 1.0, 1.0, 1.0, 2.0),
+    HoloLensFaultKind.SHIFT: FaultRange("m", 0.1, -5.0, 5.0, math.inf),
+    HoloLensFaultKind.SLIDE: FaultRange("m/s", 0.001, -0.1, 0.1, math.inf),
+    HoloLensFaultKind.BOX: FaultRange("m", 0.4, 0.05, 3.0, 10.0),
 }
 """Sizes: what a home Wi-Fi and a headset show as usual ones, and limits that still make sense."""
-
-LONGEST_S = 24 * 3600.0
-"""Latest begin of a fault, seconds: a day."""
 
 MAX_FAULTS = 100
 """Faults of one headset."""
 
-KEYS = ("at", "for", "size")
-"""Keys of a fault: begin and duration in seconds, and its size."""
-
-
-class HoloLensFaultError(ValueError):
-    """A fault that there is not: its value, and what is wanted."""
-
 
 @dataclass(frozen=True, slots=True)
-class HoloLensFault:
-    """One fault.
+class HoloLensFault(TimedFault[HoloLensFaultKind]):
+    """One fault; it begins so many seconds from the simulator's beginning."""
 
-    Attributes:
-        kind: of `HoloLensFaultKind`.
-        at_s: begin, seconds from the simulator's.
-        for_s: duration.
-        size: in the unit of its `RANGES`.
-
-    Raises:
-        HoloLensFaultError: a value is out of range.
-    """
-
-    kind: HoloLensFaultKind
-    at_s: float
-    for_s: float
-    size: float
-
-    def __post_init__(self) -> None:
-        of = RANGES[self.kind]
-        if not 0.0 <= self.at_s <= LONGEST_S:
-            raise HoloLensFaultError(
-                f"fault {self.kind}: at={self.at_s:g}, wanted 0 to {LONGEST_S:g} s"
-            )
-        if not self.for_s > 0.0:
-            raise HoloLensFaultError(f"fault {self.kind}: for={self.for_s:g}, wanted more than 0 s")
-        if not of.low <= self.size <= of.high:
-            raise HoloLensFaultError(
-                f"fault {self.kind}: size={self.size:g}, wanted {of.low:g} to {of.high:g} {of.unit}"
-            )
-
-    def holds(self, t_s: float) -> bool:
-        """Whether it is there."""
-        return self.at_s <= t_s < self.at_s + self.for_s
+    ranges = RANGES
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,32 +102,6 @@ def read_hololens_faults(texts: Iterable[str]) -> HoloLensFaults:
     """Return the faults of texts `KIND:at=SECONDS,for=SECONDS,size=VALUE`.
 
     Raises:
-        HoloLensFaultError: one is none, or there are too many.
+        FaultError: one is none, or there are too many.
     """
-    found = tuple(_read(text) for text in texts)
-    if len(found) > MAX_FAULTS:
-        raise HoloLensFaultError(f"{len(found)} faults, limit {MAX_FAULTS}")
-    return HoloLensFaults(found)
-
-
-def _read(text: str) -> HoloLensFault:
-    name, _, rest = text.strip().partition(":")
-    try:
-        kind = HoloLensFaultKind(name.strip())
-    except ValueError:
-        raise HoloLensFaultError(
-            f"fault {text!r}: kind {name!r}, wanted one of {', '.join(HoloLensFaultKind)}"
-        ) from None
-    of = RANGES[kind]
-    values = {"at": 0.0, "for": of.usual_for_s, "size": of.usual}
-    for part in filter(None, (part.strip() for part in rest.split(","))):
-        key, _, value = part.partition("=")
-        try:
-            number = float(value)
-        except ValueError:
-            number = math.nan
-        if key.strip() not in KEYS or math.isnan(number):
-            wanted = ", ".join(f"{each}=NUMBER" for each in KEYS)
-            raise HoloLensFaultError(f"fault {text!r}: {part!r}, wanted {wanted}")
-        values[key.strip()] = number
-    return HoloLensFault(kind, values["at"], values["for"], values["size"])
+    return HoloLensFaults(read_timed_faults(HoloLensFault, texts, most=MAX_FAULTS))

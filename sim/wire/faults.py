@@ -14,6 +14,14 @@ from sim.faults.bump import Bump
 from sim.faults.exposure import Exposure
 from sim.faults.fault import Fault
 from sim.faults.span import Span
+from sim.timed_fault import (
+    FaultError,
+    FaultRange,
+    TimedFault,
+    check_count,
+    fault_of_values,
+    read_timed_fault,
+)
 
 NANOSECONDS = 1_000_000_000
 
@@ -38,25 +46,6 @@ FILMED = frozenset({FaultKind.BUMP, FaultKind.LIGHT})
 """Faults that are drawn into the film instead of put on the wire."""
 
 
-@dataclass(frozen=True, slots=True)
-class FaultRange:
-    """Range of a fault's size.
-
-    Attributes:
-        unit: of the size, empty where it has none.
-        usual: size that is taken where none is given.
-        low: smallest.
-        high: largest.
-        usual_for_s: how long it lasts where nothing is said; infinite to the end.
-    """
-
-    unit: str
-    usual: float
-    low: float
-    high: float
-    usual_for_s: float
-
-
 RANGES = {
     FaultKind.DELAY: FaultRange("s", 0.5, 0.0, 5.0, math.inf),
     FaultKind.JITTER: FaultRange("s", 0.1, 0.0, 2.0, math.inf),
@@ -74,57 +63,15 @@ RANGES = {
 `delay` and `jitter` are limited by what an output holds back (`streaming/outbox.py`); `light` is
 the factor by which there is more of it, within the exposure fault's ±4 EV."""
 
-LONGEST_S = 24 * 3600.0
-"""Latest time of a fault, seconds: a day of streaming."""
-
 MAX_FAULTS = 1000
 """Faults in one schedule."""
 
 
-class FaultError(ValueError):
-    """A fault that there is not: which, its value, and what is wanted."""
-
-
 @dataclass(frozen=True, slots=True)
-class WireFault:
-    """One fault.
+class WireFault(TimedFault[FaultKind]):
+    """One fault; it begins so many seconds from the stream's beginning."""
 
-    Attributes:
-        kind: what.
-        at_s: when it begins, seconds from the stream's beginning.
-        for_s: how long it lasts.
-        size: in the unit of its `RANGES`.
-
-    Raises:
-        FaultError: a value is out of range.
-    """
-
-    kind: FaultKind
-    at_s: float
-    for_s: float
-    size: float
-
-    def __post_init__(self) -> None:
-        allowed = RANGES[self.kind]
-        if not 0.0 <= self.at_s <= LONGEST_S:
-            raise FaultError(f"fault {self.kind}: at={self.at_s:g}, wanted 0 to {LONGEST_S:g} s")
-        if not self.for_s > 0.0:
-            raise FaultError(f"fault {self.kind}: for={self.for_s:g}, wanted more than 0 s")
-        if not allowed.low <= self.size <= allowed.high:
-            unit = f" {allowed.unit}" if allowed.unit else ""
-            raise FaultError(
-                f"fault {self.kind}: size={self.size:g}, "
-                f"wanted {allowed.low:g} to {allowed.high:g}{unit}"
-            )
-
-    @property
-    def end_s(self) -> float:
-        """When it is over."""
-        return self.at_s + self.for_s
-
-    def holds(self, t_s: float) -> bool:
-        """Whether it is there."""
-        return self.at_s <= t_s < self.end_s
+    ranges = RANGES
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,8 +118,7 @@ class FaultSchedule:
         self._set(tuple(fault for fault in faults if fault.kind not in FILMED))
 
     def _set(self, faults: tuple[WireFault, ...]) -> None:
-        if len(faults) > MAX_FAULTS:
-            raise FaultError(f"faults: {len(faults)}, wanted at most {MAX_FAULTS}")
+        check_count(len(faults), most=MAX_FAULTS)
         self.faults = tuple(sorted(faults, key=lambda fault: (fault.at_s, fault.kind)))
         self._drifts = [f for f in self.faults if f.kind is FaultKind.CLOCK_DRIFT]
         self._returns_s = sorted(f.end_s for f in self.faults if f.kind is FaultKind.RESTART)
@@ -245,29 +191,13 @@ def _overlap(fault: WireFault, from_s: float, to_s: float) -> float:
     return max(0.0, min(fault.end_s, to_s) - max(fault.at_s, from_s))
 
 
-KEYS = ("at", "for", "size")
-"""Keys of a fault: begin and duration in seconds, and its size."""
-
-
 def read_fault(text: str) -> WireFault:
-    """The fault of `KIND:at=SECONDS,for=SECONDS,size=VALUE`; all but the kind may be left out.
+    """Return the fault of a text, see `read_timed_fault`.
 
     Raises:
         FaultError: it is none; says what is wanted.
     """
-    kind, _, rest = text.strip().partition(":")
-    values: dict[str, Any] = {}
-    for part in filter(None, (part.strip() for part in rest.split(","))):
-        key, mark, value = part.partition("=")
-        if not mark:
-            raise FaultError(
-                f"fault {text!r}: {part!r}, wanted {', '.join(f'{k}=…' for k in KEYS)}"
-            )
-        try:
-            values[key.strip()] = float(value)
-        except ValueError:
-            raise FaultError(f"fault {text!r}: {key.strip()}={value!r}, wanted a number") from None
-    return _fault(kind.strip(), values, text)
+    return read_timed_fault(WireFault, text)
 
 
 def read_faults_file(path: Path) -> tuple[WireFault, ...]:
@@ -290,24 +220,6 @@ def read_faults_file(path: Path) -> tuple[WireFault, ...]:
         if not isinstance(table, Mapping):
             raise FaultError(f"{where}: {table!r}, wanted a table")
         given = dict(cast("Mapping[str, Any]", table))
-        faults.append(_fault(given.pop("kind", ""), given, where))
+        kind = given.pop("kind", "")
+        faults.append(fault_of_values(WireFault, kind, values=given, source=where))
     return tuple(faults)
-
-
-def _fault(kind: object, values: Mapping[str, Any], source: str) -> WireFault:
-    try:
-        known = FaultKind(str(kind))
-    except ValueError:
-        raise FaultError(f"{source}: kind {kind!r}, wanted one of {', '.join(FaultKind)}") from None
-    for key, value in values.items():
-        if key not in KEYS:
-            raise FaultError(f"{source}: {key!r}, wanted some of {', '.join(KEYS)}")
-        if isinstance(value, bool) or not isinstance(value, int | float) or math.isnan(value):
-            raise FaultError(f"{source}: {key}={value!r}, wanted a number")
-    usual = RANGES[known]
-    return WireFault(
-        known,
-        float(values.get("at", 0.0)),
-        float(values.get("for", usual.usual_for_s)),
-        float(values.get("size", usual.usual)),
-    )

@@ -288,11 +288,11 @@ class LiveSession:
         return place_camera(
             pictures,
             layout,
-            self.setup,
-            self.scene,
+            *(self.setup, self.scene),
             renderer=self._renderer,
             locate=self._locate,
             say=lambda text: self._journal.say(LiveState.PLACING, text),
+            carried=self._receiver.carried_lenses(),
         )
 
     def _track(self, placed: PlacedCamera, watch: Callable[[SessionOutput], None]) -> SessionResult:

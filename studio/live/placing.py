@@ -6,11 +6,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
-from devices.camera.lenses.layout import LensLayout
+from devices.camera.lenses.layout import Arrangement, LensLayout
 from devices.camera.lenses.lens_pictures import assumed_rig, own_lens_size_px, stream_images
 from devices.camera.lenses.search import FoundLayout, find_layout
 from devices.camera.received import Received
 from devices.footage import read_camera
+from devices.insta360.lens_rig import CarriedLenses
+from devices.insta360.offsets import OffsetError
 from devices.messages import Frame
 from devices.session_info import LiveStream
 from scenes.cameras import Rig
@@ -23,6 +25,9 @@ from tracking.camera.lens_fit import LensCalibration, calibrate_lenses
 
 PICTURES = 3
 """Pictures that the lenses are fitted to: the fewest whose median forgets who walks by."""
+
+CARRIED_LENSES = 2
+"""Lenses of a 360° camera that carries its calibration, or sends a track a lens."""
 
 SURE = 0.95
 """Probability of a layout from which nobody needs to be asked."""
@@ -100,6 +105,7 @@ def place_camera(
     renderer: Renderer,
     locate: Locate,
     say: Say,
+    carried: CarriedLenses | None = None,
 ) -> PlacedCamera:
     """Lenses and pose of a camera, from pictures of a moment in which it stands still.
 
@@ -111,39 +117,38 @@ def place_camera(
         renderer: draws splats.
         locate: finds the pose.
         say: progress.
+        carried: lenses as the camera itself says they are; a camera file goes before them.
 
     Raises:
         PlacingError: it is not found, or its lenses are not.
         FootageError, OSError: the camera file is bad.
     """
     stream = stream_of(pictures[0], layout, setup)
-    rig = _assumed_lenses(stream, setup)
+    rig, said = _first_lenses(stream, setup, carried=carried)
     frames = [_frame(received, stream, rig) for received in pictures]
     placed = PlacedCamera(
-        stream, rig, scene.world_from_rig, None, "at the scan's place", pictures[-1].t_ns
+        stream, rig, scene.world_from_rig, None, f"at the scan's place{said}", pictures[-1].t_ns
     )
     if setup.place is Place.FIND:
         say("looking for the camera in the room")
-        located = _located(frames[-1], scene, locate)
+        located = find_in_room(frames[-1], scene, locate=locate)
         where = located.world_from_rig
         placed = replace(
             placed,
             world_from_rig=where,
-            found=located.described(),
+            found=f"{located.described()}{said}",
             searched_world_from_rig=where,
         )
     if not setup.calibrates:
         return placed
-    say("fitting lenses and pose to the room")
-    objects = tuple(PosedSplats(item.splats, item.world_from_object) for item in scene.objects)
-    calibration = calibrate_lenses(
-        frames, placed.world_from_rig, scene.room, renderer, objects=objects
+    calibration = fit_to_room(
+        frames,
+        scene,
+        world_from_rig=placed.world_from_rig,
+        renderer=renderer,
+        say=say,
+        layout=layout,
     )
-    if not calibration.trusted:
-        raise PlacingError(
-            f"lenses and place do not fit the room: {calibration.refusal}. Check the scene, the "
-            f"layout ({layout.shown}) and that nothing covers the lenses"
-        )
     return replace(
         placed,
         rig=calibration.rig,
@@ -152,7 +157,41 @@ def place_camera(
     )
 
 
-def _located(frame: Frame, scene: ScenePackage, locate: Locate) -> Placed:
+def fit_to_room(
+    frames: Sequence[Frame],
+    scene: ScenePackage,
+    *,
+    world_from_rig: Pose,
+    renderer: Renderer,
+    say: Say,
+    layout: LensLayout | None = None,
+) -> LensCalibration:
+    """Return lenses and pose that fit the room, from frames of a moment and a pose close by.
+
+    Args:
+        frames: with the lenses to begin with.
+        scene: the room that it stands in.
+        world_from_rig: the pose to begin with.
+        renderer: draws splats.
+        say: progress.
+        layout: how the stream holds the lenses, for a message.
+
+    Raises:
+        PlacingError: they do not fit.
+    """
+    say("fitting lenses and pose to the room")
+    objects = tuple(PosedSplats(item.splats, item.world_from_object) for item in scene.objects)
+    calibration = calibrate_lenses(frames, world_from_rig, scene.room, renderer, objects=objects)
+    if not calibration.trusted:
+        held = "" if layout is None else f", the layout ({layout.shown})"
+        raise PlacingError(
+            f"lenses and place do not fit the room: {calibration.refusal}. Check the scene{held} "
+            "and that nothing covers the lenses"
+        )
+    return calibration
+
+
+def find_in_room(frame: Frame, scene: ScenePackage, *, locate: Locate) -> Placed:
     """Search for the camera.
 
     Raises:
@@ -168,11 +207,36 @@ def _located(frame: Frame, scene: ScenePackage, locate: Locate) -> Placed:
     return located
 
 
+def _first_lenses(
+    stream: LiveStream, setup: LiveSetup, *, carried: CarriedLenses | None
+) -> tuple[Rig, str]:
+    """Return the lenses to begin with, and what is to be said about them."""
+    rig, said = None, ""
+    if carried is not None and setup.camera_file is None:
+        rig, said = _carried_lenses(stream, carried)
+    return rig or _assumed_lenses(stream, setup), said
+
+
+def _carried_lenses(stream: LiveStream, carried: CarriedLenses) -> tuple[Rig | None, str]:
+    """Return the lenses as the camera says they are, None if unfit, and what is to be said."""
+    turns = stream.layout.turns * stream.tracks
+    is_sphere = stream.layout.arrangement is Arrangement.EQUIRECTANGULAR
+    if is_sphere or len(turns) != CARRIED_LENSES:
+        return None, "; the camera's own lens calibration is for two lenses, not for this picture"
+    try:
+        rig = carried.rig(stream.lens_size_px, turns=(turns[0], turns[1]))
+    except OffsetError as error:
+        return None, f"; not used: the camera's own {error}"
+    return rig, f"; lenses as {carried.camera or 'the camera'} itself has calibrated them"
+
+
 def _assumed_lenses(stream: LiveStream, setup: LiveSetup) -> Rig:
     if setup.camera_file is None:
-        return assumed_rig(
-            stream.layout, stream.lens_size_px, lens_distance_m=setup.lens_distance_m
-        )
+        # A track a lens is two lenses, as if they lay side by side in one.
+        held = stream.layout
+        if held.arrangement is Arrangement.ONE_LENS and stream.tracks == CARRIED_LENSES:
+            held = LensLayout(Arrangement.SIDE_BY_SIDE, held.turns * stream.tracks)
+        return assumed_rig(held, stream.lens_size_px, lens_distance_m=setup.lens_distance_m)
     given = read_camera(setup.camera_file).rig
     count = len(assumed_rig(stream.layout, stream.lens_size_px).lenses) * stream.tracks
     if len(given.lenses) != count:

@@ -6,10 +6,9 @@ The simulation runs again from its start and proves, frame by frame, that it is 
 from __future__ import annotations
 
 import argparse
-import json
-import sys
 from pathlib import Path
 
+from studio.verbs.playing import play_and_print
 from studio.verbs.result_flags import add_result_flags, result_folder
 
 DEFAULT_OUT = Path("out/fork")
@@ -37,10 +36,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Fork; exit 1 if a figure misses its bar."""
-    from studio.console.display import why_no_window
-    from studio.console.progress import text_progress
-    from studio.console.rows import as_json, as_table, exit_code
-    from studio.rehearsal import perform
     from studio.session.fork import open_fork
     from studio.session.plan import SessionPlan
 
@@ -51,18 +46,4 @@ def run(args: argparse.Namespace) -> int:
     info = fork.info
     assert info.seed is not None
     plan = SessionPlan(scene=info.scene, seed=info.seed, methods=info.methods, fork=fork)
-    no_window = "" if args.headless else why_no_window()
-    if no_window is None:
-        from studio.app.window import rehearse_in_window
-
-        performance = rehearse_in_window(plan, out)
-    else:
-        if no_window:
-            print(f"{no_window}: forking without a window", file=sys.stderr)
-        performance = perform(plan, out, progress=text_progress())
-    if args.json:
-        print(json.dumps(as_json("fork", performance.rows, info.seed), indent=2))
-    else:
-        print(as_table(performance.rows))
-    print(f"report: {performance.folder / 'report.html'}", file=sys.stderr)
-    return exit_code(performance.rows)
+    return play_and_print(args, plan, out=out, verb="fork", doing="forking")

@@ -35,7 +35,9 @@ more examples:
     nexus prepare photos --known-object 0.6,0.4,0.75 --object-box 3.jpg 410 220 702 580 \\
       --object-box 9.jpg 95 240 333 522 --out room.gnx
   a 360° camera's own video, both lenses side by side
-    nexus prepare walk.insv --rig rig.json --qr-size 0.2 --out room.gnx
+    nexus prepare walk.mp4 --rig rig.json --qr-size 0.2 --out room.gnx
+  an Insta360's own file, which carries the calibration of its lenses
+    nexus prepare VID_20260101_000000_00_001.insv --qr-size 0.2 --out room.gnx
   poses that COLMAP found, or an app with ARKit, in metres
     nexus prepare photos --poses project/sparse/0 --qr-size 0.2 --out room.gnx
     nexus prepare photos --poses transforms.json --metric-poses --out room.gnx
@@ -77,7 +79,8 @@ def _pictures(group: argparse._ArgumentGroup) -> None:
         "--rig",
         type=Path,
         metavar="FILE",
-        help="calibration of the 360° camera that took the video, lenses side by side in it",
+        help="calibration of the 360° camera that took the video, lenses side by side in it; an "
+        "Insta360's .insv carries its own",
     )
     group.add_argument(
         "--poses",
@@ -226,7 +229,7 @@ def _options(args: argparse.Namespace) -> PrepareOptions:
     from scenes.prepare.footage.capture import CaptureOptions
     from scenes.prepare.options import PrepareOptions
 
-    codes, rig = _known_codes(args.anchors), _rig(args.rig)
+    codes, rig = _known_codes(args.anchors), _rig(args.rig, args.source)
     for path in (args.poses, args.splats, args.mesh, args.trainer_program):
         if path is not None and not path.exists():
             raise ValueError(f"{path}: there is no such file or folder; check the name")
@@ -298,11 +301,20 @@ def _known_codes(path: Path | None) -> tuple[QrCode, ...]:
         raise ValueError(f"{path}: field {error} is missing; give a scene's anchors.json") from None
 
 
-def _rig(path: Path | None) -> Rig | None:
+def _rig(path: Path | None, source: Path) -> Rig | None:
+    """Return the lenses of a 360° camera: as a file says, or as the camera's own video does."""
     from scenes.cameras import rig_from_json
 
     if path is None:
-        return None
+        if source.suffix.lower() != ".insv":
+            return None
+        from studio.live.filmed import carried_rig
+
+        return carried_rig(
+            source,
+            instead="its rig file with --rig, or export a flat video from the camera's own program",
+            say=lambda line: print(line, file=sys.stderr, flush=True),
+        )
     try:
         return rig_from_json(json.loads(path.read_text(encoding="utf-8-sig")))
     except (ValueError, TypeError, AttributeError) as error:

@@ -7,6 +7,7 @@ import json
 import sys
 from pathlib import Path
 
+from studio.verbs.playing import play_and_print
 from studio.verbs.result_flags import add_result_flags, result_folder
 
 DEFAULT_OUT = Path("out/rehearsal")
@@ -69,10 +70,6 @@ def run(args: argparse.Namespace) -> int:
         return run_sweep(args)
     if args.cluster is not None:
         raise ValueError("--cluster plays sweeps only: name one with --sweep")
-    from studio.console.display import why_no_window
-    from studio.console.progress import text_progress
-    from studio.console.rows import as_json, as_table, exit_code
-    from studio.rehearsal import perform
     from studio.session.plan import Pace, SessionPlan
 
     out = args.out = result_folder(args, DEFAULT_OUT)
@@ -83,21 +80,7 @@ def run(args: argparse.Namespace) -> int:
         methods=methods(args.method, without_paper=args.no_paper),
         pace=Pace.PACED if args.paced else Pace.EXACT,
     )
-    no_window = "" if args.headless else why_no_window()
-    if no_window is None:
-        from studio.app.window import rehearse_in_window
-
-        performance = rehearse_in_window(plan, out)
-    else:
-        if no_window:
-            print(f"{no_window}: rehearsing without a window", file=sys.stderr)
-        performance = perform(plan, out, progress=text_progress())
-    if args.json:
-        print(json.dumps(as_json("rehearse", performance.rows, args.seed), indent=2))
-    else:
-        print(as_table(performance.rows))
-    print(f"report: {performance.folder / 'report.html'}", file=sys.stderr)
-    return exit_code(performance.rows)
+    return play_and_print(args, plan, out=out, verb="rehearse", doing="rehearsing")
 
 
 def run_sweep(args: argparse.Namespace) -> int:

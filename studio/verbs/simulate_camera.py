@@ -154,7 +154,8 @@ def _stream(
 
 def _take_faults(schedule: FaultSchedule, camera: FilmCamera, voice: _Voice) -> None:
     """Read faults from standard input on a thread of its own, until it ends."""
-    from sim.wire.faults import FaultError, read_fault
+    from sim.timed_fault import FaultError
+    from sim.wire.faults import read_fault
 
     def read(_task: Task[None]) -> None:
         for line in sys.stdin:

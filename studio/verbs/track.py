@@ -13,7 +13,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from devices.footage import FilmedBy
     from devices.messages import Frame
+    from scenes.package import ScenePackage
     from studio.console.rows import Row
     from tracking.baseline.detect import Detector
     from tracking.baseline.matcher import Matcher
@@ -34,7 +36,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--camera",
         type=Path,
         metavar="CAMERA.json",
-        help="lenses and place of the camera; a recording has its own",
+        help="lenses and place of the camera; a recording has its own; without it lenses are taken "
+        "from an Insta360's .insv and the place is found in the room",
     )
     parser.add_argument("--out", type=Path, required=True, metavar="TRACKS.json", help="poses")
     parser.add_argument(
@@ -68,12 +71,12 @@ def run(args: argparse.Namespace) -> int:
     if args.out.is_dir() or not args.out.parent.is_dir():
         raise ValueError(f"{args.out}: wanted a file name in a folder that exists")
     detector, matcher = _networks(args.method, args.detector, args.matcher)
-    frames, span_ns = _frames(args.video, args.camera)
     scene = open_scene(args.scene)
     if not scene.objects:
         raise ValueError(
             f"{args.scene}: no movable object in it; cut one out with 'nexus cut' first"
         )
+    frames, span_ns = _frames(args.video, args.camera, scene=scene)
     method = make_method(
         args.method, scene, detector, matcher=matcher, stopwatch=time.perf_counter_ns
     )
@@ -210,7 +213,9 @@ def _networks(
     return detector, matcher
 
 
-def _frames(video: Path, camera_file: Path | None) -> tuple[Iterator[Frame], int]:
+def _frames(
+    video: Path, camera_file: Path | None, *, scene: ScenePackage
+) -> tuple[Iterator[Frame], int]:
     """The footage, and how long it is in nanoseconds (0 where that is not known).
 
     Raises:
@@ -231,10 +236,26 @@ def _frames(video: Path, camera_file: Path | None) -> tuple[Iterator[Frame], int
             for frame in recorded
         )
         return moved, 0
-    if camera_file is None:
-        raise ValueError(
-            f"{video}: footage does not say what its camera is: give --camera CAMERA.json with "
-            "lenses, rig_from_lens and world_from_rig"
-        )
-    camera = read_camera(camera_file)
+    camera = _found_camera(video, scene) if camera_file is None else read_camera(camera_file)
     return read_footage(video, camera), duration_ns(video)
+
+
+def _found_camera(video: Path, scene: ScenePackage) -> FilmedBy:
+    """Return lenses from the footage itself, place from the room.
+
+    Raises:
+        ValueError: the footage carries no calibration, or its camera is not found.
+    """
+    from scenes.render.native import NativeRenderer
+    from studio.live.filmed import camera_of_footage
+    from studio.live.locating import RoomLocator
+
+    renderer = NativeRenderer()
+    return camera_of_footage(
+        video,
+        scene,
+        renderer=renderer,
+        locate=RoomLocator(scene, renderer),
+        instead="--camera CAMERA.json with lenses, rig_from_lens and world_from_rig",
+        say=lambda line: print(line, file=sys.stderr, flush=True),
+    )

@@ -23,6 +23,7 @@ from studio.view.contact_shadows import (
     tilt_of,
 )
 from studio.view.open_room import RoomSides, Side, room_sides
+from studio.view.resting import RestingView, in_bytes
 from studio.view.surface_drawing import LivePicture, draw_surface
 
 Colour = tuple[float, float, float]
@@ -125,10 +126,12 @@ class Twin:
         live: Sequence[LivePicture] = (),
         things: Sequence[PosedSplats] = (),
         opens: bool = False,
+        resting: RestingView | None = None,
     ) -> DrawnTwin:
         """The picture as `picture` has it, with its depth.
 
-        With `opens`, a room seen from outside is drawn without the walls and the ceiling between.
+        With `opens`, a room seen from outside is drawn without the walls and the ceiling between;
+        with `resting`, a view is drawn again only where it changed since that one's last picture.
         """
         room = self._coarse_room if coarse else self._room
         if opens:
@@ -140,13 +143,18 @@ class Twin:
         behind = self._behind(camera, world_from_camera)
         options = RenderOptions(background=behind, near_m=near_m)
         clouds = [room, *posed.values(), *things]
-        drawn = self._renderer.render(clouds, camera, world_from_camera, options)
-        picture = (np.clip(drawn.rgb, 0.0, 1.0) * 255.0 + 0.5).astype(np.uint8)
+        if resting is None:
+            drawn = self._renderer.render(clouds, camera, world_from_camera, options)
+            picture, depth = in_bytes(drawn.rgb), drawn.depth
+        else:
+            picture, depth = resting.draw(
+                clouds, camera, world_from_camera=world_from_camera, options=options
+            )
         if isinstance(camera, Pinhole):
-            self._lay_shadows(picture, drawn.depth, camera, world_from_camera, posed)
+            self._lay_shadows(picture, depth, camera, world_from_camera, posed)
         for surface in live:
-            draw_surface(picture, drawn.depth, camera, world_from_camera, surface)
-        return DrawnTwin(picture, drawn.depth)
+            draw_surface(picture, depth, camera, world_from_camera, surface)
+        return DrawnTwin(picture, depth)
 
     def _lay_shadows(
         self,

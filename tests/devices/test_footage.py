@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from devices.footage import FootageError, duration_ns, read_camera, read_footage
+from devices.footage import FootageError, duration_ns, lens_size_px, read_camera, read_footage
 from scenes.cameras import Fisheye, Rig, rig_to_json
 from scenes.frames import FRONT_FROM_BACK_LENS
 from scenes.pose import Pose
@@ -95,6 +95,17 @@ def test_a_file_for_each_lens(tmp_path, camera):
         path = tmp_path / f"VID_20260101{part}001.insv"
         write_video(path, [[lens_picture(k, lens) for k in range(4)]])
     assert_pictures(list(read_footage(tmp_path / "VID_20260101_00_001.insv", camera)), 4)
+
+
+def test_the_side_of_a_lens_s_picture_is_known_before_it_is_decoded(tmp_path):
+    both = tmp_path / "both.mp4"
+    write_video(both, [[side_by_side(0)]])
+    each = tmp_path / "each.mp4"
+    write_video(each, [[lens_picture(0, lens)] for lens in (0, 1)])
+    side = lens_picture(0, 0).shape[0]
+    assert lens_size_px(both, 2) == lens_size_px(each, 2) == side
+    with pytest.raises(FootageError, match="wanted 3 square lens pictures"):
+        lens_size_px(both, 3)
 
 
 def test_the_other_lens_s_file_is_missing(tmp_path, camera):

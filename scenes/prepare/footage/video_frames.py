@@ -3,16 +3,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import av
 import cv2
 import numpy as np
-from av.error import FFmpegError
 from numpy.typing import NDArray
 
 from scenes.prepare.footage.capture import (
@@ -46,6 +44,7 @@ from scenes.prepare.footage.sharpness import (
     judge,
     verdict,
 )
+from scenes.prepare.footage.video_tracks import decoded, decoded_lenses, frame_count, open_video
 from scenes.prepare.progress import Progress
 
 KIND_LOOKS, KIND_STRIDE = 5, 6
@@ -171,8 +170,8 @@ def _film(file: Path, options: CaptureOptions) -> _Film:
     """
     greys: list[NDArray[np.uint8]] = []
     hdr, size = "", (0, 0)
-    with _open(file) as (container, stream):
-        for index, _, frame in _decode(file, container, stream):
+    with open_video(file) as (container, stream):
+        for index, _, frame in decoded(file, container=container, stream=stream):
             hdr, size = hdr_kind(frame), (frame.width, frame.height)
             if options.rig is not None or not is_two_to_one(*size):
                 break
@@ -216,10 +215,10 @@ def _looks(file: Path, options: CaptureOptions, progress: Progress) -> list[Look
     looks: list[Look] = []
     before: NDArray[np.uint8] | None = None
     sharp_blur, passed_over = 0.0, 0
-    with _open(file) as (container, stream):
-        total = _frame_count(container, stream)
+    with open_video(file) as (container, stream):
+        total = frame_count(container, stream)
         stride = max(1, total // (LOOKS_PER_FRAME * options.frames)) if total else 3
-        for index, t_s, frame in _decode(file, container, stream):
+        for index, t_s, frame in decoded(file, container=container, stream=stream):
             if index % stride:
                 continue
             grey = _grey(frame)
@@ -251,12 +250,13 @@ def _write(
     wanted = {look.index: look for look in looks}
     frames: list[Frame] = []
     taken = 0
-    with _open(file) as (container, stream):
-        for index, t_s, frame in _decode(file, container, stream):
+    lenses = 1 if options.rig is None else len(options.rig.lenses)
+    with ExitStack() as stack:
+        for index, t_s, shots in decoded_lenses(file, lenses, stack=stack):
             look = wanted.pop(index, None)
             if look is None:
                 continue
-            picture = _upright(bgr_picture(frame), frame)
+            picture = _beside(file, [_upright(bgr_picture(shot), shot) for shot in shots])
             taken += 1
             for label, part, focal_px in _pictures(picture, options, film):
                 name = f"{taken - 1:04d}{label}.jpg"
@@ -306,47 +306,18 @@ def _gaps(
     )
 
 
-@contextmanager
-def _open(file: Path) -> Iterator[tuple[Any, Any]]:
-    try:
-        container = av.open(str(file))
-    except (FFmpegError, OSError) as error:
-        todo = "it is damaged or not whole: copy it from the camera again"
-        if file.suffix.lower() not in (".mp4", ".mov", ".m4v"):
-            todo = f"export it as MP4, or, where others of its kind open, {todo}"
+def _beside(file: Path, pictures: list[NDArray[np.uint8]]) -> NDArray[np.uint8]:
+    """Join the pictures of the lenses, the front one left; one picture is taken as it is.
+
+    Raises:
+        CaptureError: they are of different heights.
+    """
+    if len({picture.shape[0] for picture in pictures}) > 1:
+        sizes = " and ".join(f"{p.shape[1]}×{p.shape[0]}" for p in pictures)
         raise CaptureError(
-            f"{file}: no video that can be opened ({error.strerror or error}); {todo}"
-        ) from None
-    with container:
-        if not container.streams.video:
-            raise CaptureError(f"{file}: no picture track in it; give a video of the room")
-        stream = container.streams.video[0]
-        stream.thread_type = "AUTO"
-        stream.codec_context.thread_count = 2
-        yield container, stream
-
-
-def _decode(file: Path, container: Any, stream: Any) -> Iterator[tuple[int, float, Any]]:
-    """(number, seconds, frame) of every readable frame; a damaged end is a shorter video."""
-    index = 0
-    try:
-        for frame in container.decode(stream):
-            yield index, float(frame.time or 0.0), frame
-            index += 1
-    except FFmpegError as error:
-        if index == 0:
-            raise CaptureError(
-                f"{file}: damaged before its first picture ({error.strerror or error}); "
-                "copy it from the camera again"
-            ) from None
-
-
-def _frame_count(container: Any, stream: Any) -> int:
-    if stream.frames:
-        return int(stream.frames)
-    if container.duration and stream.average_rate:
-        return int(container.duration / av.time_base * float(stream.average_rate))
-    return 0
+            f"{file}: lens pictures of {sizes} px, wanted one size; copy it from the camera again"
+        )
+    return pictures[0] if len(pictures) == 1 else np.hstack(pictures)
 
 
 def _grey(frame: Any) -> NDArray[np.uint8]:

@@ -19,6 +19,7 @@ from studio.app.model.documents.document import Document
 from studio.app.model.names import CAMERA
 from studio.app.viewport.drawing.scene_drawing import SceneDrawing
 from studio.app.viewport.drawing.shapes import Shape, Shown, shapes_of
+from studio.app.viewport.drawing.view_memory import ViewMemory
 from studio.app.viewport.drawing.view_picture import View, draw_view
 from studio.app.viewport.insets.sources import eyes_of
 from studio.app.viewport.seen_twin import FIELD_OF_VIEW
@@ -41,6 +42,7 @@ class FilmSet:
         shown: which layers.
         layers: shapes of the layers that take a while to make.
         crowd: people from picture to picture.
+        memory: what stays as it is from picture to picture; None keeps nothing.
     """
 
     drawing: SceneDrawing
@@ -48,6 +50,7 @@ class FilmSet:
     shown: Shown
     layers: Sequence[Shape] = ()
     crowd: Crowd = field(default_factory=Crowd)
+    memory: ViewMemory | None = None
 
     @property
     def scene(self) -> ScenePackage:
@@ -56,7 +59,7 @@ class FilmSet:
 
 
 def film_picture(made_of: FilmSet, plan: FilmPlan, moment: Moment) -> NDArray[np.uint8]:
-    """(height, width, 3) RGB; may be called from any thread.
+    """(height, width, 3) RGB; may be called from any thread, from one at a time.
 
     A view has its labels; an instant at which whoever sees it is away is dark.
     """
@@ -80,7 +83,7 @@ def film_picture(made_of: FilmSet, plan: FilmPlan, moment: Moment) -> NDArray[np
     camera = Pinhole.from_fov(width, height, FIELD_OF_VIEW)
     seen = (*shapes, *(made_of.layers if not plan.source else ()))
     view = View(moment.state, camera, eyes, moment.live, seen, seen_by=plan.source)
-    picture, _ = draw_view(made_of.drawing, view)
+    picture, _ = draw_view(made_of.drawing, view, memory=made_of.memory)
     if plan.source or not made_of.shown.labels:
         return picture
     return _labelled(picture, view, made_of)

@@ -16,6 +16,7 @@ from studio.app.film.plan import FilmPlan
 from studio.app.model.actions import Action, Choice
 from studio.app.model.workbench import Topic, Workbench
 from studio.app.viewport.drawing.scene_drawing import Drawings
+from studio.app.viewport.drawing.view_memory import ViewMemory
 from studio.app.viewport.insets.insets import Insets
 from studio.app.viewport.insets.sources import sources_of, title_of
 from studio.app.viewport.layers import Layers
@@ -147,9 +148,9 @@ class ViewFilms(QWidget):
             to_s,
             self._title(source, view),
         )
-        shapes = tuple(self._filmed.layers.shapes())
-        drawing = self._filmed.drawings.of(scene)
-        made_of = FilmSet(drawing, self.bench.document, self._filmed.layers.shown, shapes)
+        layers, drawing = self._filmed.layers, self._filmed.drawings.of(scene)
+        seen = layers.shown, tuple(layers.shapes())
+        made_of = FilmSet(drawing, self.bench.document, *seen, memory=ViewMemory(drawing))
         self._view, self._ticks, self._said = view, 0, 0.0
         self._lasts = None if seconds is None else max(1, round(float(seconds) * plan.fps))
         self._begin(FilmJob(plan, made_of, self.bench.recording), plan.fps)

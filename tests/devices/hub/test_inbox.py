@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from devices.hub import inbox as module
+from devices.hub.entities.drawn import ROOM, Drawn
 from devices.hub.inbox import MAX_EVENTS, Avatars, Inbox, avatar_of
 from devices.hub.roles import Op, Person, Role
-from devices.hub.things.drawn import ROOM, Drawn
 from devices.hub.wire import Body, Controller, Hand
 from scenes.pose import Pose
 
@@ -72,7 +72,7 @@ def test_the_newest_of_each_line_is_taken_once(inbox):
     assert (again.lines, again.surfaces) == ((), ())
     assert inbox.recognise((Op.LINE, "p1/a"), arrived.lines[0])
     assert inbox.recognise((Op.LINE, "p1/a"), arrived.lines[0])
-    assert not inbox.recognise((Op.LINE, "p1/a"), line("p1/a", 2).thing())
+    assert not inbox.recognise((Op.LINE, "p1/a"), line("p1/a", 2).entity())
 
 
 def test_of_a_line_that_grows_nothing_is_held_but_what_the_state_may_still_show(inbox):

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from devices.hub.entities.reading import MAX_POINTS, MAX_SIDE_M
 from devices.hub.fields import MessageError, read_object
 from devices.hub.messages import (
     MAX_NAME,
@@ -19,7 +20,6 @@ from devices.hub.messages import (
     read_message,
 )
 from devices.hub.roles import Op
-from devices.hub.things.reading import MAX_POINTS, MAX_SIDE_M
 
 LINE = {
     "kind": "do",

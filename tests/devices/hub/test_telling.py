@@ -4,9 +4,9 @@ from dataclasses import replace
 import pytest
 
 from devices.hub.channels import StateChannel, people_of, rights_of, rights_text, whole_text
+from devices.hub.entities.board import Board
+from devices.hub.entities.pen import Pen
 from devices.hub.roles import Person, Role
-from devices.hub.things.board import Board
-from devices.hub.things.pen import Pen
 
 ANN = Person("p1", 1, "Ann", Role.REMOTE)
 

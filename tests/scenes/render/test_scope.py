@@ -5,13 +5,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from benchmarks.raster.raster import StillView
 from benchmarks.raster.reference.renderer import ReferenceRenderer
 from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose
 from scenes.render.gradients import record
 from scenes.render.native import NativeRenderer
 from scenes.render.renderer import TILE_PX, PosedSplats, RenderOptions, tiles_of
+from scenes.render.still import StillView
 
 BACK = Pose(np.eye(3), [0.0, 0.0, -1.5])
 GREEN = (0.2, 0.7, 0.1)
@@ -85,7 +85,7 @@ def test_a_part_is_the_wholes_to_the_bit(scene, data, camera, threads):
         assert_part(
             record(renderer, scene, camera, BACK, part_options).rendering, whole, drawn, GREEN
         )
-        view = StillView(renderer, camera, BACK, part_options)
+        view = StillView(renderer, camera, world_from_camera=BACK, options=part_options)
         view.update(scene[:1])
         assert_part(view.update(scene).rendering, whole, drawn, GREEN)
 
@@ -104,7 +104,9 @@ def test_a_still_view_draws_no_closed_tile_again(native, scene):
     camera = CAMERAS[1]
     tile_mask = np.zeros(tiles_of(camera), dtype=bool)
     tile_mask[2, 1:4] = True
-    view = StillView(native, camera, BACK, RenderOptions(tile_mask=tile_mask))
+    view = StillView(
+        native, camera, world_from_camera=BACK, options=RenderOptions(tile_mask=tile_mask)
+    )
     view.update(scene[:1])
     again = view.update(scene).drawn
     assert again.any()
@@ -150,7 +152,10 @@ def test_a_part_shows_the_background_picture_around_it(native, scene, camera):
     drawn = pixels_of(camera, region, None)
     assert_part(native.render(scene, camera, BACK, options), whole, drawn, picture)
     assert_part(
-        StillView(native, camera, BACK, options).update(scene).rendering, whole, drawn, picture
+        StillView(native, camera, world_from_camera=BACK, options=options).update(scene).rendering,
+        whole,
+        drawn,
+        picture,
     )
 
 

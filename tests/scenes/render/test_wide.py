@@ -7,13 +7,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from benchmarks.raster.raster import StillView
 from benchmarks.raster.reference.renderer import ReferenceRenderer
 from scenes.cameras import Fisheye, Pinhole
 from scenes.pose import Pose
 from scenes.render.gradients import record
 from scenes.render.native import NativeRenderer
 from scenes.render.renderer import WIDE_RAD, PosedSplats, RenderOptions
+from scenes.render.still import StillView
 from scenes.splats import SplatCloud
 
 HERE = Pose.identity()
@@ -129,7 +129,7 @@ def test_threads_parts_and_still_views_change_no_bit(native, wild_cloud, camera)
     inside = (slice(21, 51), slice(13, 50))
     for name in PARTS:
         np.testing.assert_array_equal(getattr(part, name)[inside], getattr(whole, name)[inside])
-    view = StillView(native, camera, HERE, options())
+    view = StillView(native, camera, world_from_camera=HERE, options=options())
     view.update(objects[:1])
     assert_same(view.update(objects).rendering, whole)
 

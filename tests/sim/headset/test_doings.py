@@ -6,8 +6,8 @@ from itertools import islice
 import numpy as np
 import pytest
 
+from devices.hub.entities.board import Board
 from devices.hub.messages import Do, read_message
-from devices.hub.things.board import Board
 from sim.headset.doings import doings
 
 RIGHTS = ("line", "primitive", "propose", "surface", "undo")

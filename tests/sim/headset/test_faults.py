@@ -4,12 +4,12 @@ import pytest
 
 from sim.headset.faults import (
     HeadsetFault,
-    HeadsetFaultError,
     HeadsetFaultKind,
     HeadsetState,
     headset_state,
     read_headset_faults,
 )
+from sim.timed_fault import FaultError
 
 
 def test_faults_are_read_and_there_when_they_should_be():
@@ -40,11 +40,11 @@ def test_faults_are_read_and_there_when_they_should_be():
     ],
 )
 def test_what_is_no_fault_is_one_line(text, said):
-    with pytest.raises(HeadsetFaultError) as refused:
+    with pytest.raises(FaultError) as refused:
         read_headset_faults([text])
     assert said in str(refused.value)
 
 
 def test_there_are_not_too_many():
-    with pytest.raises(HeadsetFaultError, match="101, wanted at most 100"):
+    with pytest.raises(match="101, wanted at most 100"):
         read_headset_faults(["loss"] * 101)

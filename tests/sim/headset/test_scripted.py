@@ -4,7 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from devices.hub.things.drawn import GLTF_FROM_WORLD
+from devices.hub.entities.drawn import GLTF_FROM_WORLD
 from scenes.frames import WORLD_FROM_GLTF
 from scenes.pose import Pose
 from sim.headset.connection import HubAddress

@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 
 from sim.faults.bump import Bump
 from sim.faults.exposure import Exposure
+from sim.timed_fault import FaultError
 from sim.wire.faults import (
     RANGES,
-    FaultError,
     FaultKind,
     FaultSchedule,
     WireFault,

@@ -25,6 +25,8 @@ from tracking.output import TrackOutput
 
 TABLE_M = 0.74
 HZ = 20
+PACE = 2.0
+"""How many times as fast as people act it the tracker says that it was done."""
 NOISE_M, NOISE_RAD = 0.002, 0.003
 
 LAYOUT = """
@@ -41,8 +43,8 @@ actions = [
 id = "guide"
 path = [[-1.2, -1.2, 1.6], [-0.6, -1.4, 1.6]]
 points_at = ["chair-2", "stool-1"]
-proposes = [{ object = "stool-1", at = [-0.4, 0.6], from_s = 6.0 }]
-draws = [{ points = [[0.2, 1.2, 0.01], [0.8, 1.2, 0.01]], from_s = 6.0, seconds = 1.0 }]
+proposes = [{ object = "stool-1", at = [-0.4, 0.6], from_s = 3.0 }]
+draws = [{ points = [[0.2, 1.2, 0.01], [0.8, 1.2, 0.01]], from_s = 3.0, seconds = 1.0 }]
 """
 TANGRAM = """
 room = "tangram"
@@ -242,7 +244,7 @@ class ActedTracker:
         if self._begun_ns is None and self._begun.is_set():
             self._begun_ns = frame.t_ns
         elapsed_s = 0.0 if self._begun_ns is None else (frame.t_ns - self._begun_ns) / 1e9
-        at = min(int(elapsed_s * HZ), len(self._rows) - 1)
+        at = min(int(PACE * elapsed_s * HZ), len(self._rows) - 1)
         tracks = tuple(
             TrackedObject(
                 name,

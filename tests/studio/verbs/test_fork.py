@@ -17,7 +17,7 @@ room = "lab"
 duration_s = 3.0
 [camera]
 fps = 4
-lens_size_px = 240
+lens_size_px = 160
 bitrate_mbps = 2.0
 [[people]]
 id = "local-user"

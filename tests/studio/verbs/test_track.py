@@ -19,6 +19,7 @@ from scenes.samples import sample_room
 from studio.cli import EXIT_DONE, EXIT_INPUT, main
 from studio.session.plan import SessionPlan
 from studio.verbs.track import Tally, tracks_as_json
+from tests.insta360_file import write_insv
 
 
 def camera_file(path, rig, world_from_rig):
@@ -72,7 +73,8 @@ def test_footage_without_pictures_leaves_no_file(tiny):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["lab", "missing.mp4", "--out", "{tmp}/t.json"], "give --camera CAMERA.json"),
+        (["lab", "missing.mp4", "--out", "{tmp}/t.json"], "no such video or folder"),
+        (["lab", "{tmp}/film", "--out", "{tmp}/t.json"], "give --camera CAMERA.json"),
         (["lab", "missing.mcap", "--out", "{tmp}/t.json"], "missing.mcap"),
         (["lab", "x.mp4", "--camera", "{tmp}/none.json", "--out", "{tmp}/t.json"], "none.json"),
         (["lab", "x.mp4", "--out", "{tmp}/no/t.json"], "in a folder that exists"),
@@ -133,6 +135,26 @@ def test_a_simulated_clip_is_tracked_the_same_from_a_recording_and_from_pictures
     seen = Pose.from_matrix(chair["world_from_object"])
     assert np.linalg.norm(seen.translation - end.translation) < 0.05
     assert rotation_angle(seen.rotation.T @ end.rotation) < np.radians(5)
+
+
+@pytest.mark.slow
+def test_an_insv_is_tracked_with_its_own_lenses_from_where_the_room_shows_it(tmp_path, capsys):
+    room = sample_room("lab")
+    poses = {item.object_id: item.world_from_object for item in room.objects}
+    shots = [Shot(k * 10**8, standing(poses)) for k in range(4)]
+    with FilmSet(room, cache=TakeCache(tmp_path / "takes")) as film_set:
+        take = film_set.film(
+            shots, Conditions(lens_size_px=640), seed=0, advance=lambda _share: None
+        )
+    images = [message.frame.images for message in take.play(room.world_from_rig)]
+    video = write_insv(tmp_path / "VID_20260101_00_001.insv", images, take.session().rig)
+    out = tmp_path / "tracks.json"
+    assert main(["track", "lab", str(video), "--out", str(out)]) == EXIT_DONE
+    said = capsys.readouterr().err
+    assert "lenses: as Insta360 X4 itself has calibrated them" in said
+    where = Pose.from_matrix(json.loads(out.read_text())["methods"]["own"][-1]["world_from_rig"])
+    off = where.translation - room.world_from_rig.translation
+    assert np.linalg.norm(off) < 0.01
 
 
 def test_a_recording_without_the_camera_s_place_says_so(tiny, tmp_path, capsys):

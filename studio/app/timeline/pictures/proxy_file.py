@@ -1,7 +1,9 @@
 """Reduced pictures of a recording in a file of the user's cache: written once, read while it grows.
 
 After `MAGIC` comes a record a picture: number of its packet, capture time, size and CRC-32 of the
-JPEG that follows. The last record, `END`, has no JPEG; its time is the file's size.
+JPEG that follows. The last record, `END`, has no JPEG; its time is the file's size. An all-intra
+MP4 of the same pictures is two thirds as large and found as soon (0.9 against 0.7 ms), but takes
+three times as long to write, and a reader that has opened one does not see it grow.
 """
 
 from __future__ import annotations

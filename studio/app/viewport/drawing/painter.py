@@ -12,6 +12,7 @@ from devices.streams import Slot, StreamClosedError
 from scenes.workers.task import Task
 from studio.app.viewport.drawing.pacing import FULL, Grade, Pacing
 from studio.app.viewport.drawing.scene_drawing import SceneDrawing
+from studio.app.viewport.drawing.view_memory import ViewMemory
 from studio.app.viewport.drawing.view_picture import View, draw_view
 
 
@@ -53,6 +54,7 @@ class TwinPainter:
     def __init__(self, drawing: SceneDrawing, clock: Clock | None = None) -> None:
         self.pictures: Slot[Painted] = Slot()
         self._drawing = drawing
+        self._memory = ViewMemory(drawing)
         self._views: Slot[View] = Slot()
         self._clock = clock or WallClock()
         self._pacing = Pacing()
@@ -92,7 +94,7 @@ class TwinPainter:
     def _paint(self, view: View) -> None:
         started_ns = self._clock.now_ns()
         grade = self._pacing.choose(started_ns)
-        picture, depth = draw_view(self._drawing, view, grade)
+        picture, depth = draw_view(self._drawing, view, grade=grade, memory=self._memory)
         took_ns = self._clock.now_ns() - started_ns
         self.pictures.put(Painted(picture, depth, view, grade, took_ns))
         self._pacing.drew(grade, took_ns)

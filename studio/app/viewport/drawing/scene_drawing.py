@@ -32,6 +32,7 @@ from studio.app.viewport.drawing.mesh_picture import (
 from studio.app.viewport.drawing.outlines import Outlines
 from studio.app.viewport.drawing.shapes import Shape
 from studio.view.furniture import furniture_of
+from studio.view.resting import RestingView
 from studio.view.twin import Twin
 
 MAX_WAITING = 16
@@ -56,7 +57,8 @@ class SceneDrawing:
 
     def __init__(self, scene: ScenePackage) -> None:
         self.scene = scene
-        self.twin = Twin(scene, NativeRenderer())
+        self._renderer = NativeRenderer()
+        self.twin = Twin(scene, self._renderer)
         self.outlines = Outlines()
         """Draws shapes where there is no OpenGL."""
         self.furniture: Furniture | None = None
@@ -88,6 +90,10 @@ class SceneDrawing:
             self.furniture = furniture_of(self.scene)
             self._meshes = MeshThread()
             self._is_prepared = True
+
+    def resting_view(self) -> RestingView:
+        """Return a memory of one view, which spares what did not move in it."""
+        return RestingView(self._renderer)
 
     def problem(self) -> str | None:
         """Why meshes cannot be drawn here, once."""

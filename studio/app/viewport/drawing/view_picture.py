@@ -16,6 +16,7 @@ from studio.app.viewport.drawing.mesh_picture import MeshPicture
 from studio.app.viewport.drawing.pacing import FULL, Grade
 from studio.app.viewport.drawing.scene_drawing import SceneDrawing
 from studio.app.viewport.drawing.shapes import Shape
+from studio.app.viewport.drawing.view_memory import ViewMemory
 from studio.evaluate.scores import SYMMETRY_OF_KIND
 from studio.view.overlay import STATE_COLOURS, draw_avatar, draw_footprint, draw_line
 from studio.view.shared_things import met_proposals, proposed_splats
@@ -78,9 +79,15 @@ class View:
 
 
 def draw_view(
-    drawing: SceneDrawing, view: View, grade: Grade = FULL
+    drawing: SceneDrawing, view: View, *, grade: Grade = FULL, memory: ViewMemory | None = None
 ) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
     """Draw a view; may be called from any thread but the window's, which it would hold up.
+
+    Args:
+        drawing: of the scene.
+        view: what to draw.
+        grade: how finely.
+        memory: of this view alone: only what changed is drawn again, to the same pixels.
 
     Returns:
         (H, W, 3) RGB of the grade's size, and (H, W) float32 metres along z of splats and meshes, 0
@@ -96,12 +103,19 @@ def draw_view(
         live=view.live,
         things=_proposed(view, drawing, poses=poses),
         opens=True,
+        resting=None if memory is None else memory.splats,
     )
     picture, depth = drawn.picture, drawn.depth
     thread = drawing.meshes
     meshes = None
     if thread is not None and view.shapes:
-        meshes = thread.draw(view.shapes, camera, view.world_from_camera)
+        meshes = (
+            thread.draw(view.shapes, camera, view.world_from_camera)
+            if memory is None
+            else memory.meshes(
+                thread, view.shapes, camera=camera, world_from_camera=view.world_from_camera
+            )
+        )
     if meshes is not None:
         composite(picture, depth, meshes)
         depth = np.where((depth <= 0) | (meshes.depth < depth), meshes.depth, depth)

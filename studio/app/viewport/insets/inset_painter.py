@@ -115,7 +115,7 @@ class InsetPainter:
             # Whoever comes first prepares what all views draw with: it takes a second, once.
             self._drawing.prepare()
             begun_ns = self._clock.now_ns()
-            picture, depth = draw_view(self._drawing, view, GRADE)
+            picture, depth = draw_view(self._drawing, view, grade=GRADE)
             took_ns = self._clock.now_ns() - begun_ns
             with self._changed:
                 slot = self._pictures.get(key)

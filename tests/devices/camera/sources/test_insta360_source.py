@@ -8,6 +8,7 @@ import time
 import numpy as np
 import pytest
 
+from benchmarks.wire.fuzz import OFFSET_V1, OFFSET_V3
 from devices.camera.address import parse_address
 from devices.camera.received import CameraState
 from devices.camera.receiver import CameraReceiver
@@ -15,6 +16,7 @@ from devices.camera.sources.insta360_source import Insta360Source
 from devices.camera.units import Idle, SourceError, Unit
 from devices.clock import WallClock
 from devices.insta360.commands import CameraInfo
+from devices.insta360.lens_rig import CarriedLenses
 from devices.video import H264Encoder
 from sim.wire.preview_server import PreviewFaults, PreviewServer
 from tests.pushed_camera import numbered_pictures, read_number
@@ -118,3 +120,16 @@ def test_nothing_there_says_what_to_do(clock):
     server.close()
     with pytest.raises(SourceError, match=r"insta360://127.0.0.1:\d+: camera .* is the camera on"):
         list(Insta360Source(gone, clock).units(threading.Event()))
+
+
+def test_the_receiver_gives_the_lenses_that_the_camera_told(encoded, clock):
+    told = CameraInfo("IXSE42", "Insta360 X5", "v1", 0.8, OFFSET_V1, "", OFFSET_V3)
+    server = PreviewServer(lambda: iter(encoded), clock, told)
+    receiver = CameraReceiver(address(server), clock)
+    try:
+        assert receiver.carried_lenses() is None
+        wait_for(lambda: receiver.last is not None)
+        assert receiver.carried_lenses() == CarriedLenses(OFFSET_V3, "Insta360 X5")
+    finally:
+        receiver.close()
+        server.close()

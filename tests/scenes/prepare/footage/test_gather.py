@@ -18,8 +18,10 @@ from scenes.pose import Pose
 from scenes.prepare.footage import photos as photos_module
 from scenes.prepare.footage.capture import CaptureError, CaptureKind, CaptureOptions
 from scenes.prepare.footage.gather import gather
+from scenes.prepare.footage.panorama_views import panorama_views, view_pictures
 from scenes.prepare.footage.sharpness import Reason
 from scenes.prepare.progress import Cancelled
+from tests.insta360_file import write_insv
 
 HEIC = Path(__file__).parents[3] / "data" / "cases" / "portrait.heic"
 """A phone's: stored on its side, turned by its container."""
@@ -327,6 +329,13 @@ def test_a_360_video_becomes_views_of_known_focal_length(canvas, tmp_path):
     assert len(capture.frames) == 6 * 8
     assert {frame.focal_px for frame in capture.frames} == {capture.frames[0].focal_px}
     assert gather(video, tmp_path / "work", options=options) == capture
+    each = [tuple(np.split(picture[:, :, ::-1], 2, axis=1)) for picture in pictures]
+    tracks = write_insv(tmp_path / "tracks.insv", each, rig, fps=20)
+    both = gather(tracks, tmp_path / "work2", options=options)
+    assert len(both.frames) % 6 == 0
+    wanted = view_pictures(pictures[round(20 * both.frames[0].t_s)], rig, panorama_views(rig))
+    for frame, view in zip(both.frames, wanted, strict=False):
+        assert np.median(cv2.absdiff(cv2.imread(str(both.folder / frame.name)), view)) < 6
     raw = video.rename(tmp_path / "room.insv")
     with pytest.raises(CaptureError, match="needs the calibration of its lenses"):
         gather(raw, tmp_path / "work", options=FEW)

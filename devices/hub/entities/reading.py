@@ -8,9 +8,9 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from devices.hub.entities.drawn import FIELDS, NOTHING, Drawn
 from devices.hub.fields import ID, MessageError, read_number, read_text
 from devices.hub.roles import Op
-from devices.hub.things.drawn import FIELDS, NOTHING, Drawn
 from devices.hub.wire import MAX_ROOM_M
 from scenes.pose import Pose
 from scenes.quad import quad_of
@@ -30,7 +30,7 @@ MAX_QUATERNION_ERROR = 0.1
 
 
 def read_drawn(op: Op, fields: dict[str, Any]) -> Drawn:
-    """Return the thing that an operation is about, its key the client's own, by nobody yet.
+    """Return the entity that an operation is about, its key the client's own, by nobody yet.
 
     Args:
         op: any but undo.
@@ -44,8 +44,8 @@ def read_drawn(op: Op, fields: dict[str, Any]) -> Drawn:
         case Op.LINE:
             line = Drawn(op, key, "", _points(fields), _colour(fields))
             on = _object_id(fields, "on") if len(line.points) else ""
-            pose = _pose(fields, "at") if on else line.room_from_thing
-            return replace(line, object_id=on, room_from_thing=pose)
+            pose = _pose(fields, "at") if on else line.room_from_entity
+            return replace(line, object_id=on, room_from_entity=pose)
         case Op.SURFACE:
             return _surface(key, fields)
         case Op.PRIMITIVE:
@@ -53,16 +53,18 @@ def read_drawn(op: Op, fields: dict[str, Any]) -> Drawn:
             if shape is None:
                 return Drawn(op, key, "")
             colour, size, pose = _colour(fields), _size(fields), _pose(fields)
-            return Drawn(op, key, "", colour=colour, shape=shape, size_m=size, room_from_thing=pose)
+            return Drawn(
+                op, key, "", colour=colour, shape=shape, size_m=size, room_from_entity=pose
+            )
         case _:
             object_id = _object_id(fields, "object")
             if not object_id:
                 return Drawn(op, key, "")
-            return Drawn(op, key, "", room_from_thing=_pose(fields), object_id=object_id)
+            return Drawn(op, key, "", room_from_entity=_pose(fields), object_id=object_id)
 
 
 def read_key(fields: dict[str, Any], field: str) -> str:
-    """Return a client's name of a thing.
+    """Return a client's name of an entity.
 
     Raises:
         MessageError: it is none.

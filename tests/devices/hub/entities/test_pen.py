@@ -2,8 +2,8 @@
 
 import pytest
 
+from devices.hub.entities.pen import Pen, can_hold_pen
 from devices.hub.roles import Op, Person, Role
-from devices.hub.things.pen import Pen, can_hold_pen
 
 ANN = Person("p1", 1, "Ann", Role.REMOTE)
 BEN = Person("p2", 2, "Ben", Role.LOCAL)

@@ -1,11 +1,9 @@
-"""Things of several people, their limits, and undo for each."""
+"""Entities of several people, their limits, and undo for each."""
 
 import numpy as np
 import pytest
 
-from devices.hub.messages import Do, OpError
-from devices.hub.roles import Op
-from devices.hub.things.board import (
+from devices.hub.entities.board import (
     HOLD_NS,
     MAX_LINES,
     MAX_POINTS_IN_ALL,
@@ -19,7 +17,9 @@ from devices.hub.things.board import (
     Board,
     own_key,
 )
-from devices.hub.things.drawn import Drawn
+from devices.hub.entities.drawn import Drawn
+from devices.hub.messages import Do, OpError
+from devices.hub.roles import Op
 from scenes.pose import Pose
 
 SQUARE = np.array([[0, 1, 0], [2, 1, 0], [2, 0, 0], [0, 0, 0]], dtype=float)
@@ -35,14 +35,14 @@ def surface(key, corners=SQUARE, **drawn):
 
 def body(key, x=0.0, *, shape="box", drag=None):
     pose = Pose.from_yaw(0.0, (x, 0, 0))
-    drawn = Drawn(Op.PRIMITIVE, key, "", shape=shape, size_m=(0.3, 0.3, 0.3), room_from_thing=pose)
+    drawn = Drawn(Op.PRIMITIVE, key, "", shape=shape, size_m=(0.3, 0.3, 0.3), room_from_entity=pose)
     return Do(1, Op.PRIMITIVE, drawn, drag)
 
 
 def proposal(key, x=0.0, *, object_id="chair-1", drag=None):
     pose = Pose.from_yaw(0.0, (x, 0, 0))
     return Do(
-        1, Op.PROPOSE, Drawn(Op.PROPOSE, key, "", room_from_thing=pose, object_id=object_id), drag
+        1, Op.PROPOSE, Drawn(Op.PROPOSE, key, "", room_from_entity=pose, object_id=object_id), drag
     )
 
 
@@ -183,7 +183,7 @@ def test_what_is_put_and_carried_in_one_drag_is_undone_as_one(board):
     assert places(board, "proposals") == {}
 
 
-def test_drags_of_two_things_are_two_undos(board):
+def test_drags_of_two_entities_are_two_undos(board):
     board.do("p1", body("a", drag=1), now_ns=0)
     board.do("p1", body("b", drag=1), now_ns=0)
     board.do("p1", UNDO, now_ns=0)
@@ -195,7 +195,7 @@ def test_what_is_erased_comes_back_as_it_was(board):
     board.do("p1", body("a", shape=None), now_ns=1)
     assert places(board, "primitives") == {}
     back = board.do("p1", UNDO, now_ns=2)
-    assert (back.shape, back.room_from_thing.translation[0]) == ("box", 2.0)
+    assert (back.shape, back.room_from_entity.translation[0]) == ("box", 2.0)
     board.do("p1", proposal("c", 1.0), now_ns=3)
     board.do("p1", proposal("c", object_id=""), now_ns=4)
     assert board.do("p1", UNDO, now_ns=5).object_id == "chair-1"

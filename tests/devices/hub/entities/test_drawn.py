@@ -1,10 +1,10 @@
-"""Things on the wire and in the session, there and back."""
+"""Entities on the wire and in the session, there and back."""
 
 import numpy as np
 import pytest
 
+from devices.hub.entities.drawn import ROOM, Drawn, drawn_by_room, drawn_entity
 from devices.hub.roles import Op
-from devices.hub.things.drawn import ROOM, Drawn, drawn_by_room, drawn_thing
 from scenes.pose import Pose, rotation_from_vector
 from scenes.state import (
     Annotation,
@@ -23,22 +23,22 @@ POSE = Pose(rotation_from_vector([0.1, 0.9, -0.3]), np.array([1.0, 2.0, 3.0]))
 
 def test_on_the_wire_y_is_up_and_z_in_the_session():
     drawn = Drawn(Op.LINE, "p1/a", "p1", np.array([[1.0, 2.0, 3.0]]), (0.1, 0.2, 0.3))
-    annotation = drawn.thing()
+    annotation = drawn.entity()
     np.testing.assert_allclose(annotation.points_in_world, [[1, -3, 2]])
     assert (annotation.annotation_id, annotation.user_id) == ("p1/a", "p1")
-    back = drawn_thing(annotation)
+    back = drawn_entity(annotation)
     assert back.entry() == {**drawn.entry(), "by": "room"}
     assert drawn.entry()["points"] == [[1, 2, 3]]
 
 
 def test_a_surface_asks_for_a_picture_of_its_shape():
-    made = Drawn(Op.SURFACE, "p1/s", "p1", SQUARE).thing()
+    made = Drawn(Op.SURFACE, "p1/s", "p1", SQUARE).entity()
     assert made.size_px == (1024, 512)
     np.testing.assert_allclose(made.corners_in_world[0], [0, 0, 1])
-    back = drawn_thing(made)
+    back = drawn_entity(made)
     assert back.entry()["corners"] == SQUARE.tolist()
-    assert Drawn(Op.SURFACE, "p1/s", "p1", np.zeros((4, 3))).thing().size_px == (16, 16)
-    assert Drawn(Op.SURFACE, "p1/s", "p1", np.zeros((0, 3))).thing().corners_in_world.shape == (
+    assert Drawn(Op.SURFACE, "p1/s", "p1", np.zeros((4, 3))).entity().size_px == (16, 16)
+    assert Drawn(Op.SURFACE, "p1/s", "p1", np.zeros((0, 3))).entity().corners_in_world.shape == (
         0,
         3,
     )
@@ -70,32 +70,32 @@ def test_what_the_room_draws_itself_is_found():
 
 
 THINGS = (
-    Drawn(Op.LINE, "p1/l", ROOM, SQUARE, room_from_thing=POSE, object_id="chair-1"),
+    Drawn(Op.LINE, "p1/l", ROOM, SQUARE, room_from_entity=POSE, object_id="chair-1"),
     Drawn(Op.SURFACE, "p1/s", ROOM, SQUARE, seen=SQUARE + 1),
-    Drawn(Op.PRIMITIVE, "p1/b", "p1", shape="arrow", size_m=(0.5, 0.1, 0.2), room_from_thing=POSE),
-    Drawn(Op.PROPOSE, "p1/c", "p1", room_from_thing=POSE, object_id="chair-1", name="Ann"),
+    Drawn(Op.PRIMITIVE, "p1/b", "p1", shape="arrow", size_m=(0.5, 0.1, 0.2), room_from_entity=POSE),
+    Drawn(Op.PROPOSE, "p1/c", "p1", room_from_entity=POSE, object_id="chair-1", name="Ann"),
 )
 
 
 @pytest.mark.parametrize("drawn", THINGS, ids=lambda it: it.op)
 def test_a_thing_comes_back_from_the_session_as_it_was(drawn):
-    thing = drawn.thing()
-    assert id_of(thing) == drawn.key
-    assert is_there(thing)
-    assert drawn_thing(thing).entry() == drawn.entry()
+    entity = drawn.entity()
+    assert id_of(entity) == drawn.key
+    assert is_there(entity)
+    assert drawn_entity(entity).entry() == drawn.entry()
     assert drawn.is_finite
     gone = Drawn(drawn.op, drawn.key, "p1")
     assert not gone.is_there
-    assert not is_there(gone.thing())
+    assert not is_there(gone.entity())
 
 
 def test_up_and_ahead_of_a_primitive_are_the_same_in_the_session():
     """On the wire y is up and an arrow points along +x; in the session z is up."""
     turned = Pose(rotation_from_vector([0, np.pi / 2, 0]), np.array([1.0, 0.5, -3.0]))
     drawn = Drawn(
-        Op.PRIMITIVE, "k", "p1", shape="arrow", size_m=(0.5, 0.1, 0.2), room_from_thing=turned
+        Op.PRIMITIVE, "k", "p1", shape="arrow", size_m=(0.5, 0.1, 0.2), room_from_entity=turned
     )
-    body = drawn.thing()
+    body = drawn.entity()
     assert body.size_m == (0.5, 0.2, 0.1)
     np.testing.assert_allclose(body.world_from_primitive.translation, [1, 3, 0.5], atol=1e-12)
     np.testing.assert_allclose(body.world_from_primitive.yaw(), np.pi / 2)

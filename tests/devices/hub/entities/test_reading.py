@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from devices.hub.entities.reading import MAX_OBJECT_ID, read_drawn, read_key
 from devices.hub.fields import MessageError
 from devices.hub.roles import Op
-from devices.hub.things.reading import MAX_OBJECT_ID, read_drawn, read_key
 
 BODY = {
     "primitive": "b",
@@ -25,8 +25,8 @@ SURFACE = {
 def test_a_primitive_is_read_and_its_quaternion_made_one():
     drawn = read_drawn(Op.PRIMITIVE, BODY)
     assert (drawn.key, drawn.shape, drawn.size_m) == ("b", "sphere", (0.3, 0.3, 0.3))
-    np.testing.assert_allclose(drawn.room_from_thing.rotation, np.eye(3), atol=1e-12)
-    np.testing.assert_array_equal(drawn.room_from_thing.translation, [0, 1, 0])
+    np.testing.assert_allclose(drawn.room_from_entity.rotation, np.eye(3), atol=1e-12)
+    np.testing.assert_array_equal(drawn.room_from_entity.translation, [0, 1, 0])
 
 
 @pytest.mark.parametrize(
@@ -89,7 +89,7 @@ def test_a_line_may_be_on_an_object():
     assert read_drawn(Op.LINE, line).object_id == ""
     on = read_drawn(Op.LINE, {**line, "on": "chair-1", "at": [1, 0, 2, 0, 0, 0, 1]})
     assert on.object_id == "chair-1"
-    np.testing.assert_array_equal(on.room_from_thing.translation, [1, 0, 2])
+    np.testing.assert_array_equal(on.room_from_entity.translation, [1, 0, 2])
     assert not read_drawn(Op.LINE, {"line": "a", "on": "chair-1"}).is_there
     for wrong in ({"on": "chair-1"}, {"on": 3, "at": [0] * 7}, {"on": "chair-1", "at": [0] * 7}):
         with pytest.raises(MessageError, match=r"at:|on:"):

@@ -1,4 +1,4 @@
-"""A thing that somebody has put into the room: on the wire, and in the session's types and axes."""
+"""An entity that somebody has put into the room, on the wire and in the session's axes."""
 
 from __future__ import annotations
 
@@ -43,13 +43,13 @@ NOTHING = np.zeros((0, 3))
 AT_ORIGIN = Pose.identity()
 """Pose of what has none."""
 
-Thing = Annotation | LiveSurface | Placed
-"""A thing in the session's types."""
+Entity = Annotation | LiveSurface | Placed
+"""An entity in the session's types."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Drawn:
-    """A thing as it is on the wire.
+    """An entity as it is on the wire.
 
     Attributes:
         op: line, surface, primitive or propose.
@@ -60,8 +60,8 @@ class Drawn:
         seen: (4, 3) corners to which a surface is carried, or (0, 3).
         shape: of a primitive; None where it is erased.
         size_m: of a primitive, along its own axes, y up.
-        room_from_thing: of a primitive or proposal, or of the object on which a line was begun;
-            room and thing with y up.
+        room_from_entity: of a primitive or proposal, or of the object on which a line was begun;
+            room and entity with y up.
         object_id: of a proposal, empty where it is withdrawn; with which a line goes, empty where
             it stays.
         name: of a proposal's owner.
@@ -75,7 +75,7 @@ class Drawn:
     seen: NDArray[np.float64] = field(default_factory=lambda: NOTHING)
     shape: PrimitiveShape | None = None
     size_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    room_from_thing: Pose = AT_ORIGIN
+    room_from_entity: Pose = AT_ORIGIN
     object_id: str = ""
     name: str = ""
 
@@ -90,7 +90,9 @@ class Drawn:
     def is_finite(self) -> bool:
         """Whether it is somewhere: every number of its place can be sent."""
         numbers = (*self.points.flat, *self.seen.flat, *self.size_m)
-        return bool(np.isfinite(numbers).all() and np.isfinite(self.room_from_thing.matrix()).all())
+        return bool(
+            np.isfinite(numbers).all() and np.isfinite(self.room_from_entity.matrix()).all()
+        )
 
     def entry(self) -> dict[str, Any]:
         """Return its fields in the log."""
@@ -107,36 +109,36 @@ class Drawn:
                 if self.shape is None:
                     return {"shape": None}
                 size = [round(side, DECIMALS) for side in self.size_m]
-                pose = on_the_wire(self.room_from_thing)
+                pose = on_the_wire(self.room_from_entity)
                 return {"shape": self.shape, "size": size, "colour": colour, "pose": pose}
             case Op.PROPOSE:
                 if not self.object_id:
                     return {"object": None}
-                pose = on_the_wire(self.room_from_thing)
+                pose = on_the_wire(self.room_from_entity)
                 return {"name": self.name, "object": self.object_id, "pose": pose}
             case _:
                 line = {"points": _listed(self.points), "colour": colour}
-                on = {"on": self.object_id, "at": on_the_wire(self.room_from_thing)}
+                on = {"on": self.object_id, "at": on_the_wire(self.room_from_entity)}
                 return line | (on if self.object_id else {})
 
-    def thing(self) -> Thing:
+    def entity(self) -> Entity:
         """Return it in the session's types and axes."""
         match self.op:
             case Op.SURFACE:
                 return self._surface()
             case Op.PRIMITIVE:
                 x, y, z = self.size_m
-                pose = _in_world(self.room_from_thing)
+                pose = _in_world(self.room_from_entity)
                 return SharedPrimitive(self.key, self.by, self.shape, (x, z, y), self.colour, pose)
             case Op.PROPOSE:
-                pose = _in_world(self.room_from_thing)
+                pose = _in_world(self.room_from_entity)
                 return Proposal(self.key, self.by, self.name, self.object_id, pose)
             case _:
                 points = WORLD_FROM_GLTF @ self.points
                 line = Annotation(self.key, self.by, points, self.colour)
                 if not self.object_id:
                     return line
-                at = _in_world(self.room_from_thing)
+                at = _in_world(self.room_from_entity)
                 return replace(line, object_id=self.object_id, world_from_object=at)
 
     def _surface(self) -> LiveSurface:
@@ -158,52 +160,52 @@ FIELDS = {
     Op.PRIMITIVE: "primitive",
     Op.PROPOSE: "proposal",
 }
-"""Fields with a thing's name, by operation."""
+"""Fields with an entity's name, by operation."""
 
 
-def drawn_thing(thing: Thing) -> Drawn:
-    """Return a thing of the session as it is on the wire; lines and surfaces are the room's."""
-    match thing:
+def drawn_entity(entity: Entity) -> Drawn:
+    """Return an entity of the session as it is on the wire; lines and surfaces are the room's."""
+    match entity:
         case Annotation():
-            points = GLTF_FROM_WORLD @ np.asarray(thing.points_in_world, dtype=np.float64)
-            red, green, blue = (float(part) for part in thing.colour)
+            points = GLTF_FROM_WORLD @ np.asarray(entity.points_in_world, dtype=np.float64)
+            red, green, blue = (float(part) for part in entity.colour)
             points = points.reshape(-1, 3)
-            drawn = Drawn(Op.LINE, thing.annotation_id, ROOM, points, (red, green, blue))
-            if thing.world_from_object is None:
+            drawn = Drawn(Op.LINE, entity.annotation_id, ROOM, points, (red, green, blue))
+            if entity.world_from_object is None:
                 return drawn
-            at = _in_gltf(thing.world_from_object)
-            return replace(drawn, object_id=thing.object_id, room_from_thing=at)
+            at = _in_gltf(entity.world_from_object)
+            return replace(drawn, object_id=entity.object_id, room_from_entity=at)
         case LiveSurface():
-            corners = GLTF_FROM_WORLD @ np.asarray(thing.corners_in_world, dtype=np.float64)
-            carried = thing.carried_to
+            corners = GLTF_FROM_WORLD @ np.asarray(entity.corners_in_world, dtype=np.float64)
+            carried = entity.carried_to
             seen = NOTHING if carried is None else GLTF_FROM_WORLD @ carried
-            return Drawn(Op.SURFACE, thing.surface_id, ROOM, corners.reshape(-1, 3), seen=seen)
+            return Drawn(Op.SURFACE, entity.surface_id, ROOM, corners.reshape(-1, 3), seen=seen)
         case SharedPrimitive():
-            x, y, z = thing.size_m
+            x, y, z = entity.size_m
             return Drawn(
                 Op.PRIMITIVE,
-                thing.primitive_id,
-                thing.user_id or ROOM,
-                colour=thing.colour,
-                shape=thing.shape,
+                entity.primitive_id,
+                entity.user_id or ROOM,
+                colour=entity.colour,
+                shape=entity.shape,
                 size_m=(x, z, y),
-                room_from_thing=_in_gltf(thing.world_from_primitive),
+                room_from_entity=_in_gltf(entity.world_from_primitive),
             )
         case Proposal():
             return Drawn(
                 Op.PROPOSE,
-                thing.proposal_id,
-                thing.user_id or ROOM,
-                room_from_thing=_in_gltf(thing.world_from_object),
-                object_id=thing.object_id,
-                name=thing.user_name,
+                entity.proposal_id,
+                entity.user_id or ROOM,
+                room_from_entity=_in_gltf(entity.world_from_object),
+                object_id=entity.object_id,
+                name=entity.user_name,
             )
 
 
 def drawn_by_room(
-    before: SceneState, state: SceneState, *, is_known: Callable[[tuple[Op, str], Thing], bool]
+    before: SceneState, state: SceneState, *, is_known: Callable[[tuple[Op, str], Entity], bool]
 ) -> Iterator[Drawn]:
-    """Yield things in which two states differ; one that is gone as its end.
+    """Yield entities in which two states differ; one that is gone as its end.
 
     Args:
         before: the state before.
@@ -218,23 +220,23 @@ def drawn_by_room(
     ):
         if old is new:
             continue
-        for key, thing in new.items():
-            if old.get(key) is not thing and not is_known((op, key), thing):
-                yield drawn_thing(thing)
+        for key, entity in new.items():
+            if old.get(key) is not entity and not is_known((op, key), entity):
+                yield drawn_entity(entity)
         for key in old.keys() - new.keys():
             yield Drawn(op, key, ROOM)
 
 
-def on_the_wire(room_from_thing: Pose) -> list[float]:
+def on_the_wire(room_from_entity: Pose) -> list[float]:
     """Return place and quaternion x y z w."""
-    w, x, y, z = (round(float(part), QUATERNION_DECIMALS) for part in room_from_thing.quaternion())
-    place = [round(float(part), DECIMALS) for part in room_from_thing.translation]
+    w, x, y, z = (round(float(part), QUATERNION_DECIMALS) for part in room_from_entity.quaternion())
+    place = [round(float(part), DECIMALS) for part in room_from_entity.translation]
     return [*place, x, y, z, w]
 
 
-def _in_world(room_from_thing: Pose) -> Pose:
-    """Return a pose whose axes of room and thing have z up, from one where y is up."""
-    return WORLD_FROM_GLTF @ room_from_thing @ GLTF_FROM_WORLD
+def _in_world(room_from_entity: Pose) -> Pose:
+    """Return a pose whose axes of room and entity have z up, from one where y is up."""
+    return WORLD_FROM_GLTF @ room_from_entity @ GLTF_FROM_WORLD
 
 
 def _in_gltf(world_from_thing: Pose) -> Pose:

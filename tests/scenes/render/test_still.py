@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from benchmarks.raster.raster import StillView
 from scenes.pose import Pose
 from scenes.render.renderer import TILE_PX, PosedSplats, RenderOptions
+from scenes.render.still import StillView
 from scenes.splats import SplatCloud
 
 BACK = Pose(np.eye(3), [0.0, 0.0, -2.0])
@@ -49,7 +49,7 @@ def test_every_update_equals_a_full_picture(native, wild_cloud, camera, seed):
         wild_cloud(0),
     ]
     objects = [PosedSplats(cloud, Pose.identity()) for cloud in clouds]
-    view = StillView(native, camera, BACK, OPTIONS)
+    view = StillView(native, camera, world_from_camera=BACK, options=OPTIONS)
     for _ in range(12):
         refresh = view.update(objects)
         assert_same(refresh.rendering, native.render(objects, camera, BACK, OPTIONS))
@@ -68,7 +68,7 @@ def test_ties_of_depth_between_objects_are_kept(native, wild_cloud, camera):
     objects = [PosedSplats(sheet(seed), Pose.identity()) for seed in (1, 2, 3)]
     # A twin of the first object: equal in every splat.
     objects.append(objects[0])
-    view = StillView(native, camera, BACK, OPTIONS)
+    view = StillView(native, camera, world_from_camera=BACK, options=OPTIONS)
     assert_same(view.update(objects).rendering, native.render(objects, camera, BACK, OPTIONS))
     objects[1] = PosedSplats(objects[1].cloud, Pose(np.eye(3), [0.1, 0.0, 0.0]))
     assert_same(view.update(objects).rendering, native.render(objects, camera, BACK, OPTIONS))
@@ -77,7 +77,7 @@ def test_ties_of_depth_between_objects_are_kept(native, wild_cloud, camera):
 def test_only_tiles_that_the_object_touches_are_drawn(native, wild_cloud, ball, camera):
     room = PosedSplats(wild_cloud(300, seed=4), Pose.identity())
     speck = ball((0.0, 0.0, 0.0), sigma_m=0.01)
-    view = StillView(native, camera, BACK, OPTIONS)
+    view = StillView(native, camera, world_from_camera=BACK, options=OPTIONS)
     first = view.update([room, PosedSplats(speck, Pose.identity())])
     assert first.drawn.all()
     assert first.drawn.shape == (-(-camera.height_px // TILE_PX), -(-camera.width_px // TILE_PX))
@@ -99,14 +99,16 @@ def test_the_number_of_threads_changes_nothing(native, wild_cloud, camera):
     moved = [objects[0], PosedSplats(objects[1].cloud, Pose.from_yaw(2.0))]
     pictures = []
     for threads in (1, 4):
-        view = StillView(native, camera, BACK, RenderOptions(threads=threads))
+        view = StillView(
+            native, camera, world_from_camera=BACK, options=RenderOptions(threads=threads)
+        )
         view.update(objects)
         pictures.append(view.update(moved).rendering)
     assert_same(*pictures)
 
 
 def test_the_picture_is_read_only_and_the_views_own(native, ball, at_origin, camera):
-    view = StillView(native, camera, BACK, OPTIONS)
+    view = StillView(native, camera, world_from_camera=BACK, options=OPTIONS)
     first = view.update(at_origin(ball((0.0, 0.0, 0.0)))).rendering
     with pytest.raises(ValueError, match="read-only"):
         first.rgb[0, 0, 0] = 1.0
@@ -117,8 +119,8 @@ def test_the_picture_is_read_only_and_the_views_own(native, ball, at_origin, cam
 
 def test_a_bad_request_is_refused_and_leaves_the_view_usable(native, ball, at_origin, camera):
     with pytest.raises(ValueError, match=r"options\.near_m"):
-        StillView(native, camera, BACK, RenderOptions(near_m=0.0))
-    view = StillView(native, camera, BACK, OPTIONS)
+        StillView(native, camera, world_from_camera=BACK, options=RenderOptions(near_m=0.0))
+    view = StillView(native, camera, world_from_camera=BACK, options=OPTIONS)
     objects = at_origin(ball((0.0, 0.0, 0.0)))
     cloud = objects[0].cloud
     bad = SplatCloud.__new__(SplatCloud)

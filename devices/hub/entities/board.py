@@ -8,9 +8,9 @@ from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any
 
+from devices.hub.entities.drawn import Drawn
 from devices.hub.messages import Do, OpError
 from devices.hub.roles import Op
-from devices.hub.things.drawn import Drawn
 
 MAX_LINES = 2000
 """Lines at the same time; chosen: an hour of drawing."""
@@ -35,14 +35,14 @@ LIMITS: Mapping[Op, tuple[str, int, int]] = MappingProxyType(
         Op.PROPOSE: ("proposals", MAX_PROPOSALS, MAX_PROPOSALS_EACH),
     }
 )
-"""Things by operation: in words, at most of all, at most of one person."""
+"""Entities by operation: in words, at most of all, at most of one person."""
 
 MAX_UNDO = 100
 """Operations that a person can undo."""
 
 STEADY_NS = 10**9
-"""Pause after which changing the same thing again is another operation to undo, where a client does
-not say which operations are one drag: one second."""
+"""Pause after which changing the same entity again is another operation to undo, where a client
+does not say which operations are one drag: one second."""
 
 HOLD_NS = 10**9
 """Pause after which somebody has let go of an object's copy: one second, as `STEADY_NS`; a page
@@ -54,7 +54,7 @@ Drag = str | int | None
 
 @dataclass(slots=True, eq=False)
 class _Step:
-    """A thing before the operations that one undo takes back.
+    """An entity before the operations that one undo takes back.
 
     Attributes:
         before: as it was.
@@ -80,9 +80,9 @@ class _Hold:
 
 @dataclass(slots=True)
 class Board:
-    """Every thing that is there now."""
+    """Every entity that is there now."""
 
-    _things: dict[Op, dict[str, Drawn]] = field(
+    _entities: dict[Op, dict[str, Drawn]] = field(
         default_factory=lambda: {op: dict[str, Drawn]() for op in LIMITS}
     )
     _points: int = 0
@@ -91,14 +91,14 @@ class Board:
     """Holds by object: whoever began to move a copy of it first has it until they let go."""
 
     def whole(self) -> dict[str, Any]:
-        """Return things for whoever joins, by kind and name."""
+        """Return entities for whoever joins, by kind and name."""
         return {
             LIMITS[op][0]: {key: {"by": it.by, **it.fields()} for key, it in there.items()}
-            for op, there in self._things.items()
+            for op, there in self._entities.items()
         }
 
     def do(self, person_id: str, do: Do, *, now_ns: int, name: str = "") -> Drawn:
-        """Do what a person asks for; return what has become of the thing.
+        """Do what a person asks for; return what has become of the entity.
 
         Args:
             person_id: who asks.
@@ -123,14 +123,14 @@ class Board:
         changed = replace(do.drawn, key=key, by=person_id, name=name)
         self._check_room(changed, do)
         self._hold(changed, do, now_ns=now_ns)
-        before = self._things[do.op].get(key) or Drawn(do.op, key, person_id)
+        before = self._entities[do.op].get(key) or Drawn(do.op, key, person_id)
         self._remember(before, changed, drag=do.drag, now_ns=now_ns)
         self.put(changed)
         return changed
 
     def put(self, drawn: Drawn) -> bool:
-        """Replace a thing, or take it away at its end; return whether that is a change."""
-        there = self._things[drawn.op]
+        """Replace an entity, or take it away at its end; return whether that is a change."""
+        there = self._entities[drawn.op]
         old = there.pop(drawn.key, None)
         if drawn.is_there:
             there[drawn.key] = drawn
@@ -148,7 +148,7 @@ class Board:
         if changed.op is not Op.PROPOSE:
             return
         if not changed.is_there:
-            known = self._things[changed.op].get(changed.key)
+            known = self._entities[changed.op].get(changed.key)
             hold = None if known is None else self._holds.get(known.object_id)
             if known is not None and hold is not None and hold.person_id == changed.by:
                 del self._holds[known.object_id]
@@ -160,7 +160,7 @@ class Board:
         self._holds[changed.object_id] = _Hold(changed.by, changed.name, now_ns)
 
     def _check_room(self, drawn: Drawn, do: Do) -> None:
-        there = self._things[drawn.op]
+        there = self._entities[drawn.op]
         old = there.get(drawn.key)
         if not drawn.is_there:
             return
@@ -175,7 +175,7 @@ class Board:
             raise OpError(f"lines of {self._points} points are there, erase some", op_id=do.op_id)
 
     def _remember(self, before: Drawn, changed: Drawn, *, drag: Drag, now_ns: int) -> None:
-        """Let a line that grows, or a thing that is carried, be taken back as one."""
+        """Let a line that grows, or an entity that is carried, be taken back as one."""
         steps = self._steps.setdefault(changed.by, deque(maxlen=MAX_UNDO))
         newest = steps[-1] if steps else None
         if newest is not None and newest.is_open and changed.is_there:
@@ -194,7 +194,7 @@ class Board:
 
 
 def own_key(person_id: str, key: str) -> str:
-    """Return a person's thing by its name in the session.
+    """Return a person's entity by its name in the session.
 
     Raises:
         OpError: it is somebody else's.

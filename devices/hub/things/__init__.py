@@ -1,6 +1,0 @@
-"""Things that people put into the room: lines, live surfaces, primitives, proposals.
-
-`drawn.py` (one thing, on the wire and in the session's axes), `reading.py` (what a person asks for,
-each field checked), `board.py` (everything that is there, its limits, undo for each person, and who
-moves what), `pen.py` (who may draw).
-"""
