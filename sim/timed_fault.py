@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any, ClassVar, Generic, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 LONGEST_S = 24 * 3600.0
 """Latest begin of a fault, seconds: a day."""
@@ -38,11 +38,8 @@ class FaultRange:
     usual_for_s: float
 
 
-Kind = TypeVar("Kind", bound=StrEnum)
-
-
 @dataclass(frozen=True, slots=True)
-class TimedFault(Generic[Kind]):
+class TimedFault:
     """One fault; classes of it say in `ranges` which kinds there are.
 
     Attributes:
@@ -57,7 +54,7 @@ class TimedFault(Generic[Kind]):
 
     ranges: ClassVar[Mapping[Any, FaultRange]] = {}
 
-    kind: Kind
+    kind: StrEnum
     at_s: float
     for_s: float
     size: float
@@ -82,7 +79,7 @@ class TimedFault(Generic[Kind]):
         return self.at_s <= t_s < self.end_s
 
 
-AnyFault = TypeVar("AnyFault", bound=TimedFault[Any])
+AnyFault = TypeVar("AnyFault", bound=TimedFault)
 
 
 def read_timed_faults(

@@ -39,10 +39,12 @@ MAX_FAULTS = 100
 
 
 @dataclass(frozen=True, slots=True)
-class HeadsetFault(TimedFault[HeadsetFaultKind]):
+class HeadsetFault(TimedFault):
     """One fault; it begins so many seconds from the person's joining."""
 
     ranges = RANGES
+
+    kind: HeadsetFaultKind
 
 
 @dataclass(frozen=True, slots=True)

@@ -57,10 +57,12 @@ MAX_FAULTS = 100
 
 
 @dataclass(frozen=True, slots=True)
-class HoloLensFault(TimedFault[HoloLensFaultKind]):
+class HoloLensFault(TimedFault):
     """One fault; it begins so many seconds from the simulator's beginning."""
 
     ranges = RANGES
+
+    kind: HoloLensFaultKind
 
 
 @dataclass(frozen=True, slots=True)

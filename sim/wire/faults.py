@@ -68,10 +68,12 @@ MAX_FAULTS = 1000
 
 
 @dataclass(frozen=True, slots=True)
-class WireFault(TimedFault[FaultKind]):
+class WireFault(TimedFault):
     """One fault; it begins so many seconds from the stream's beginning."""
 
     ranges = RANGES
+
+    kind: FaultKind
 
 
 @dataclass(frozen=True, slots=True)

@@ -28,8 +28,10 @@ RANGES = {
 
 
 @dataclass(frozen=True, slots=True)
-class WeatherFault(TimedFault[Weather]):
+class WeatherFault(TimedFault):
     ranges = RANGES
+
+    kind: Weather
 
 
 def test_what_is_not_said_is_usual():
