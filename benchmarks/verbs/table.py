@@ -48,6 +48,24 @@ VERBS = (
         "nexus bench raster --json",
     ),
     Verb(
+        "bench likelihood",
+        "benchmarks.verbs.bench_likelihood",
+        "weigh true, wrong and covered poses of labelled pictures",
+        "nexus bench likelihood --seeds 100-107",
+    ),
+    Verb(
+        "bench proposals",
+        "benchmarks.verbs.bench_proposals",
+        "look for what people move around where it was known",
+        "nexus bench proposals --seeds 100-107",
+    ),
+    Verb(
+        "bench filter",
+        "benchmarks.verbs.bench_filter",
+        "measure how long what people move is reported wrongly",
+        "nexus bench filter --seeds 100-107",
+    ),
+    Verb(
         "bench headset",
         "benchmarks.verbs.bench_headset",
         "measure the shared origin of a headset that is walked about",

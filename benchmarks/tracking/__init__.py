@@ -1,0 +1,1 @@
+"""Parts of the tracker on labelled windows of random rooms: likelihood, proposals."""
