@@ -26,6 +26,7 @@ from tracking.evidence.evidence import Neighbour, Scene
 from tracking.follow.first_frame import settle_all
 from tracking.follow.follow import follow
 from tracking.follow.outcome import hold, see_anew
+from tracking.follow.rebirth import look_around
 from tracking.follow.redetection import Search, is_missing, redetect
 from tracking.follow.rest import first_look
 from tracking.follow.track import Task, Track, new_track, report
@@ -242,12 +243,14 @@ class Tracker:
         if first.is_first:
             # At first there is nothing to be late for.
             return settle_all(list(tasks.values()), tracks), state.search
+        looked = look_around(self._beside(tasks, tracks))
+        if looked is not None:
+            return {**tracks, **looked}, state.search
         if not is_time_left:
             return tracks, state.search
         budget_ms = min(SEARCH_SHARE * first.interval_ns / 1e6, state.options.search_ms)
-        found, search = redetect(
-            self._lost(tasks, tracks), state.search, budget_ms=budget_ms, runner=self._searches
-        )
+        missing = [task for task in self._beside(tasks, tracks) if is_missing(task.track)]
+        found, search = redetect(missing, state.search, budget_ms=budget_ms, runner=self._searches)
         return {**tracks, **found}, search
 
     def _learn(
@@ -334,8 +337,8 @@ class Tracker:
             costs=self._costs,
         )
 
-    def _lost(self, tasks: Mapping[str, Task], tracks: Mapping[str, Track]) -> list[Task]:
-        """Tasks of the objects that have to be looked for, with their latest tracks."""
+    def _beside(self, tasks: Mapping[str, Task], tracks: Mapping[str, Track]) -> list[Task]:
+        """Tasks of all objects with their latest tracks and neighbours."""
         return [
             replace(
                 tasks[model.object_id],
@@ -343,7 +346,6 @@ class Tracker:
                 neighbours=self._neighbours(model, tracks),
             )
             for model in self._models
-            if is_missing(tracks[model.object_id])
         ]
 
     def _neighbours(self, model: TrackModel, tracks: Mapping[str, Track]) -> tuple[Neighbour, ...]:

@@ -43,6 +43,15 @@ OPEN = 0.2
 """Share of a place up to which something unknown may hide it without anybody standing before it:
 an outline of a scan that is off looks like that."""
 
+USUAL_SHARE = 0.5
+"""Share of the nats a sample that an object usually shows from which a pose accounts for it. In
+random rooms true poses have 0.8 to 2.0 nats a sample, moving and still, and poses that were
+followed wrongly 0.4 at most."""
+
+MIN_RATE = 0.6
+"""Nats a sample from which a pose accounts for any object: half of what a sample says that looks
+like nothing around it, -ln 0.3."""
+
 CERTAIN_NATS = 60.0
 """Nats beyond which odds make no difference: 1e26 to one."""
 
@@ -72,6 +81,12 @@ class Belief:
     def has_left(self) -> bool:
         """Whether the empty room shows where the object was, and where it was measured."""
         return max(self.found.nats, self.before.nats) < -STAYS_NATS
+
+
+def accounts_for(track: Track, rate: float) -> bool:
+    """Whether a pose with so many nats a sample accounts for an object."""
+    usual = track.usual_rate or MIN_RATE / USUAL_SHARE
+    return rate >= min(MIN_RATE, USUAL_SHARE * usual)
 
 
 def weigh_measurement(task: Task, observation: Observation, fit: Fit) -> Belief:

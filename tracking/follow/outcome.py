@@ -13,14 +13,15 @@ from scenes.state import TrackState
 from tracking.evidence.appearance_memory import AppearanceMemory, remember_appearance
 from tracking.evidence.evidence import Evidence
 from tracking.evidence.rendering import RenderingCache, draw
-from tracking.follow.belief import Belief, confidence_of, hypothesis_of
+from tracking.follow.belief import Belief, accounts_for, confidence_of, hypothesis_of
 from tracking.follow.carried import is_lifted
 from tracking.follow.measure import at_remembered_pose
-from tracking.follow.posterior import CARRIED_SIGMA_M, HEAVY_HEIGHT_M, RECOGNISED_CORRELATION
+from tracking.follow.posterior import CARRIED_SIGMA_M, RECOGNISED_CORRELATION, is_heavy
 from tracking.follow.rest import rest_of
 from tracking.follow.track import RESTING_FRAMES, SEARCH_PERIOD_NS, Task, Track
 from tracking.hypotheses.hypothesis import CLEAR_NATS
 from tracking.hypotheses.refinement import START_SIGMA, refine
+from tracking.likelihood.pixel_model import PoseSupport
 from tracking.model.symmetry import ROUND
 from tracking.solve.covariance import uncertainty
 from tracking.solve.gauss_newton import Fit
@@ -46,6 +47,10 @@ rooms lab and desk."""
 KEPT_SHARE = 0.8
 """Share of its usual support that a moving object keeps from one frame to the next: it may turn and
 go away, over some five frames."""
+
+RATE_KEPT = 0.95
+"""Share of its usual nats a sample that an object keeps from one frame to the next: from another
+side it may show less."""
 
 FORGOTTEN = 0.15
 """Weight of a frame's lower value in the running inlier ratio and correlation. Chosen on the rooms
@@ -77,12 +82,13 @@ def accept(
     distance, turn = float(np.linalg.norm(step[:3])), abs(float(step[3]))
     seen = _see(task, belief, rests=rests)
     if track.state is TrackState.STATIC and rests:
-        return _rest_on(task, evidence, seen, fit, step=step, unchanged=unchanged)
+        rested = _rest_on(task, evidence, seen, fit, step=step, unchanged=unchanged)
+        return _know(rested, belief.found, now_ns=now)
     still = distance < RESTING_STEP_M and turn < RESTING_STEP_RAD
     still_frames = track.still_frames + 1 if still else 0
     if still_frames >= RESTING_FRAMES:
         fit = settle(task, evidence, belief)
-        return replace(
+        settled = replace(
             seen,
             world_from_object=fit.world_from_object,
             world_from_stood=fit.world_from_object,
@@ -92,10 +98,11 @@ def accept(
             rest=rest_of(task, fit),
             appearance=_appearance(task, evidence, fit),
         )
+        return _know(settled, belief.found, now_ns=now)
     motion = track.motion.measured(track.world_from_object, fit.world_from_object, now)
     if task.is_first or track.missed_frames > 3:
         motion = Motion.rest(now)
-    return replace(
+    moved = replace(
         seen,
         world_from_object=fit.world_from_object,
         motion=motion,
@@ -104,6 +111,7 @@ def accept(
         rest=None,
         appearance=_appearance_in_motion(task, evidence, fit),
     )
+    return _know(moved, belief.found, now_ns=now)
 
 
 def _step_of(task: Task, fit: Fit) -> NDArray[np.float64]:
@@ -126,11 +134,26 @@ def _see(task: Task, belief: Belief, *, rests: bool) -> Track:
         missed_frames=0,
         seen_ns=task.scene.frame.t_ns,
         reduced=fit.reduced,
+        rate=belief.found.nats_a_sample,
     )
     if rests and not belief.found.is_covered and belief.found.nats > CLEAR_NATS:
         seen = replace(seen, world_from_stood=track.world_from_object)
     kept = 1.0 if rests else KEPT_SHARE
     return replace(seen, usual_nats=max(kept * track.usual_nats, belief.found.nats))
+
+
+def _know(track: Track, support: PoseSupport, *, now_ns: int) -> Track:
+    """The track with its pose as the latest known one, if that accounts for what is seen."""
+    rate = support.nats_a_sample
+    if support.is_covered or not accounts_for(track, rate):
+        return track
+    return replace(
+        track,
+        usual_rate=max(rate, RATE_KEPT * track.usual_rate),
+        world_from_known=track.world_from_object,
+        known_ns=now_ns,
+        known_motion=track.motion,
+    )
 
 
 def _rest_on(
@@ -170,7 +193,7 @@ def settle(task: Task, evidence: Evidence, belief: Belief) -> Fit:
     """The fit of an object that comes to rest, or a likelier one that it refines to."""
     start, observation = belief.fit.world_from_object, belief.observation
     x, y, z, yaw = START_SIGMA
-    is_carried = task.model.source.box_m[2] < HEAVY_HEIGHT_M and is_lifted(task, start)
+    is_carried = is_lifted(task, start)
     sigma = (x, y, CARRIED_SIGMA_M if is_carried else z, yaw)
     again = refine(task.scene, task.model, start, evidence, observation, sigma=sigma)
     return again.fit if again.is_clearly_better(hypothesis_of(belief)) else belief.fit
@@ -211,7 +234,7 @@ def miss(task: Task, belief: Belief) -> Track:
     """The track after a frame without an accepted measurement: held where it was, or lost."""
     track, now = task.track, task.scene.frame.t_ns
     missed = track.missed_frames + 1
-    is_carried = task.model.source.box_m[2] < HEAVY_HEIGHT_M
+    is_carried = not is_heavy(task, track.world_from_object)
     grown = track.covariance + np.diag(HELD_SIGMA**2)
     held = replace(
         track,

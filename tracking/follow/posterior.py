@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,7 +52,15 @@ MIN_VISIBLE = 0.15
 
 
 HEAVY_HEIGHT_M = 0.3
-"""Height in m from which an object is taken to stay on the floor; lower ones may be carried."""
+"""Height in m from which an object is taken to stay on its support from one picture to the next,
+until it is seen in the air; lower ones may be taken up at any time."""
+
+LIFTED_CLEARLY_M = 0.08
+"""Height in m above its support from which what is tall is in the air: a third of a second's lift,
+and more than a scan's support is off."""
+
+WIDEST_CARRIED_M = 1.2
+"""Longest side in m of what people carry."""
 
 
 CARRIED_SIGMA_M = 0.08
@@ -108,7 +117,7 @@ def priors(task: Task, predicted_world_from_object: Pose) -> list[Prior]:
         spread = 1.0 + 0.5 * min(track.missed_frames, 8)
         sigma = np.array([MOVING_SIGMA_M, MOVING_SIGMA_M, 0.0, MOVING_SIGMA_RAD]) * spread
     known = (track.silhouette_bias_m, track.silhouette_bias_sigma_m)
-    if source.box_m[2] >= HEAVY_HEIGHT_M:
+    if is_heavy(task, predicted_world_from_object):
         return [_standing(mean, source.support_z_m, sigma, known)]
     carried = sigma + np.array([0.0, 0.0, CARRIED_SIGMA_M, 0.0])
     free = Prior(mean, np.maximum(carried, [0.05, 0.05, 0.0, math.radians(8)]), *known)
@@ -118,6 +127,19 @@ def priors(task: Task, predicted_world_from_object: Pose) -> list[Prior]:
         return [free]
     standing = _standing(mean, nearest, sigma, known)
     return [standing, free] if abs(nearest - mean[2]) < SNAP_M else [free, standing]
+
+
+def is_carriable(box_m: Sequence[float]) -> bool:
+    """Whether people may carry an object with a box of these sides, m."""
+    return max(box_m) <= WIDEST_CARRIED_M
+
+
+def is_heavy(task: Task, world_from_object: Pose) -> bool:
+    """Whether an object at a pose is taken to stay on its support: tall, and not in the air."""
+    source = task.model.source
+    if source.box_m[2] < HEAVY_HEIGHT_M:
+        return False
+    return abs(float(world_from_object.translation[2]) - source.support_z_m) < LIFTED_CLEARLY_M
 
 
 def _standing(

@@ -9,14 +9,12 @@ from functools import partial
 from scenes.state import TrackState
 from tracking.evidence.evidence import gather, view_of
 from tracking.evidence.observation import observe
-from tracking.follow.local_search import FASTEST_M_S, JUMP_M
 from tracking.follow.posterior import HEAVY_HEIGHT_M
 from tracking.follow.rest import rest_of
 from tracking.follow.track import RESTING_FRAMES, SEARCH_PERIOD_NS, Review, Task, Track
 from tracking.hypotheses.assignment import Assignment, AssignmentCandidates, assign, is_same_spot
 from tracking.hypotheses.budget import FrameBudget
 from tracking.hypotheses.hypothesis import CLEAR_NATS, Hypothesis, distinct, is_other
-from tracking.hypotheses.near_search import Nearby, search_near
 from tracking.hypotheses.prior import stayed_log_prior
 from tracking.hypotheses.refinement import fit_at
 from tracking.hypotheses.search import search
@@ -36,20 +34,6 @@ as long."""
 
 FOUND = 0.5
 """Posterior of a place, and of a pose, from which it is likelier right than wrong."""
-
-
-NEARBY_NS = 2_000_000_000
-"""Time in ns since an object was seen for which it is looked for around its last place."""
-
-NEARBY_M = 0.6
-"""Farthest from its last place, m: an arm's length. Farther places are the whole search's."""
-
-LIFT_M = 0.15
-"""Height in m above its last one at which a carried object is looked for, too: half of what an
-alignment bridges along the line of sight."""
-
-LATER = 0.5
-"""Wait until the next look, as a share of the time from when it was seen to the last one."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,9 +69,8 @@ def redetect(
 ) -> tuple[Mapping[str, Track], Search | None]:
     """Tracks of lost objects after this frame's part of the search for one, and the pending rest.
 
-    What was just lost is looked for around its last place, in this frame. A search of the whole
-    scene takes several frames, so that none is late for it, and works on the frame in which it
-    began. The next search is for the object that waited longest.
+    A search of the whole scene takes several frames, so that none is late for it, and works on the
+    frame in which it began. The next search is for the object that waited longest.
 
     Args:
         tasks: of all lost objects; their neighbours are those that are not lost.
@@ -95,9 +78,6 @@ def redetect(
         budget_ms: time for steps of the search in this frame.
         runner: computes it.
     """
-    nearby = _found_nearby(tasks)
-    if nearby is not None:
-        return nearby, search
     if search is not None and _is_outdated(search, tasks):
         runner.give_up(search.progress)
         search = None
@@ -109,45 +89,6 @@ def redetect(
     if hypotheses is None:
         return {}, replace(search, progress=progress)
     return _assign(tasks, {_id(search.task): hypotheses}), None
-
-
-def _found_nearby(tasks: Sequence[Task]) -> dict[str, Track] | None:
-    """Tracks after a look around the last place of the object that waited longest for one.
-
-    None where no look is due. After a look in vain the next one waits longer.
-    """
-    due = [task for task in tasks if _is_look_due(task)]
-    if not due:
-        return None
-    task = min(due, key=lambda task: task.track.looked_ns)
-    now = task.scene.frame.t_ns
-    task = replace(task, track=replace(task.track, looked_ns=now))
-    found = search_near(task.scene, task.model, task.neighbours, _nearby(task))
-    found = [item for item in found if not item.support.is_covered]
-    if not found or found[0].log_odds < CLEAR_NATS:
-        return {_id(task): task.track}
-    assignment = assign([AssignmentCandidates(task.model, found)])
-    return {_id(task): _redetect(task, assignment.get(_id(task)))}
-
-
-def _is_look_due(task: Task) -> bool:
-    track, now = task.track, task.scene.frame.t_ns
-    if track.state is not TrackState.LOST or track.usual_nats <= CLEAR_NATS:
-        return False
-    waited_ns, looked_after_ns = now - track.looked_ns, track.looked_ns - track.seen_ns
-    return now - track.seen_ns < NEARBY_NS and waited_ns >= LATER * looked_after_ns
-
-
-def _nearby(task: Task) -> Nearby:
-    """Places that a lost object may have gone to since it was seen."""
-    waited_s = (task.scene.frame.t_ns - task.track.seen_ns) * 1e-9
-    reach_m = min(NEARBY_M, JUMP_M + FASTEST_M_S * waited_s)
-    last = task.track.world_from_object
-    height_m = float(last.translation[2])
-    heights = {height for height in heights_of(task) if abs(height - height_m) < reach_m}
-    if task.model.source.box_m[2] < HEAVY_HEIGHT_M:
-        heights |= {height_m, height_m + LIFT_M}
-    return Nearby(last, reach_m, tuple(sorted(heights or {height_m})))
 
 
 def is_missing(track: Track) -> bool:
@@ -282,6 +223,10 @@ def _redetect(task: Task, assignment: Assignment | None) -> Track:
         usual_inlier_ratio=fit.unoccluded_inlier_ratio,
         usual_correlation=max(fit.colour_correlation, 0.0),
         usual_nats=hypothesis.support.nats,
+        rate=hypothesis.support.nats_a_sample,
+        world_from_known=fit.world_from_object,
+        known_ns=now,
+        known_motion=Motion.rest(now),
         still_frames=0 if rest is None else RESTING_FRAMES,
         missed_frames=0,
         searches_in_vain=0,

@@ -115,6 +115,11 @@ class Track:
         silhouette_bias_sigma_m: standard deviation of that.
         still_frames: consecutive frames with a step below `RESTING_STEP_M`.
         missed_frames: consecutive frames without an accepted measurement.
+        usual_rate: `nats_a_sample` where it was last known; 0 before.
+        rate: the same of its pose in this frame.
+        world_from_known: latest pose that accounts for what is to be seen of it.
+        known_ns: frame time of that.
+        known_motion: its velocity then.
         rest: how it looks at rest; None while it is not known to rest.
         reduced: its last reduced rendering; None before.
         appearance: its appearance where it last rested unoccluded; None before.
@@ -141,6 +146,11 @@ class Track:
     silhouette_bias_sigma_m: float
     still_frames: int
     missed_frames: int
+    usual_rate: float
+    rate: float
+    world_from_known: Pose
+    known_ns: int
+    known_motion: Motion
     rest: Rest | None
     reduced: ReducedRendering | None
     appearance: AppearanceMemory | None
@@ -216,6 +226,11 @@ def new_track(model: TrackModel) -> Track:
         silhouette_bias_sigma_m=SILHOUETTE_BIAS_SIGMA_M,
         still_frames=RESTING_FRAMES,
         missed_frames=0,
+        usual_rate=0.0,
+        rate=0.0,
+        world_from_known=model.source.world_from_object,
+        known_ns=0,
+        known_motion=Motion.rest(0),
         rest=None,
         reduced=None,
         appearance=None,

@@ -9,6 +9,7 @@ import numpy as np
 from scenes.cameras import Fisheye
 from scenes.pose import Pose
 from scenes.render.renderer import PosedSplats, Renderer, Rendering
+from scenes.splats import SplatCloud
 from tracking.evidence.observation import Observation
 from tracking.model.object_model import RENDER_OPTIONS, TrackModel
 from tracking.window.extent import part_of
@@ -23,6 +24,10 @@ are then about as large as the silhouette."""
 FINE_PX = 80
 """Objects drawn smaller than this, px, are drawn at twice the size and averaged: at few pixels the
 low-pass filter of single splats widens the silhouette."""
+
+
+COARSE = 0.5
+"""Share of its radius in the picture for which the splats of a coarse drawing are merged."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,28 +48,37 @@ class DrawnObject:
 
 
 def draw_object(
-    observation: Observation, model: TrackModel, world_from_object: Pose, renderer: Renderer
+    observation: Observation,
+    model: TrackModel,
+    world_from_object: Pose,
+    renderer: Renderer,
+    *,
+    is_coarse: bool = False,
 ) -> DrawnObject | None:
-    """The object at a pose in an observation's window; None if it is outside."""
+    """The object at a pose in an observation's window; None if it is outside.
+
+    Args:
+        observation: of the window.
+        model: the object.
+        world_from_object: its pose.
+        renderer: draws splats.
+        is_coarse: whether fewer splats and pixels will do.
+    """
     radius = radius_px(observation, model, world_from_object)
     part = _part(observation, model, world_from_object, radius)
     if part is None:
         return None
     camera: Fisheye = part_of(observation.camera, part)
     size = (camera.width_px, camera.height_px)
-    finer = 2 if max(size) < FINE_PX else 1
+    finer = 2 if max(size) < FINE_PX and not is_coarse else 1
     fine = camera.resized(finer * size[0], finer * size[1]) if finer > 1 else camera
-    level = model.level_for(radius)
-    colours, compass = (
-        renderer.render(
-            (PosedSplats(cloud, world_from_object),),
-            fine,
-            observation.world_from_camera,
-            RENDER_OPTIONS,
-        )
-        for cloud in (level.splats, level.relightable.compass)
-    )
-    return DrawnObject(part, finer, colours, compass)
+    level = model.level_for(COARSE * radius if is_coarse else radius)
+
+    def drawn(cloud: SplatCloud) -> Rendering:
+        posed = (PosedSplats(cloud, world_from_object),)
+        return renderer.render(posed, fine, observation.world_from_camera, RENDER_OPTIONS)
+
+    return DrawnObject(part, finer, drawn(level.splats), drawn(level.relightable.compass))
 
 
 def radius_px(observation: Observation, model: TrackModel, world_from_object: Pose) -> float:

@@ -126,6 +126,11 @@ class PoseSupport:
     area_px: float
 
     @property
+    def nats_a_sample(self) -> float:
+        """Nats of an independent sample that nothing unknown hides, on average."""
+        return self.nats / max(self.samples * (1.0 - self.unknown_fraction), 1.0)
+
+    @property
     def is_covered(self) -> bool:
         """Whether something in no scan is known to hide most of what could be seen of it."""
         return self.unknown_fraction > MOSTLY_UNKNOWN

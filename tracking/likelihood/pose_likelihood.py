@@ -58,6 +58,7 @@ def pose_support(
     renderer: Renderer,
     *,
     tolerance: Tolerance = EXACTLY,
+    is_coarse: bool = False,
 ) -> PoseSupport:
     """Support of an observation for an object at a pose.
 
@@ -67,8 +68,9 @@ def pose_support(
         world_from_object: the pose.
         renderer: draws splats.
         tolerance: how exactly the pose has to be right.
+        is_coarse: whether the object is drawn coarsely, for poses that are compared in hundreds.
     """
-    drawn = draw_object(observation, model, world_from_object, renderer)
+    drawn = draw_object(observation, model, world_from_object, renderer, is_coarse=is_coarse)
     if drawn is None:
         return NOT_IN_VIEW
     terms = terms_of(observation, model, world_from_object, tolerance)

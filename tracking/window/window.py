@@ -79,6 +79,7 @@ def window_around(
     radius_m: float,
     box_in_world: NDArray[np.float64] | None = None,
     lens: int | None = None,
+    shrink: int = 1,
 ) -> Window:
     """The window of one object.
 
@@ -90,6 +91,7 @@ def window_around(
         box_in_world: (N, 3) corners of its box where its pose is known; what lies far beside them
             is left out.
         lens: take this lens instead of the one that sees the centre best.
+        shrink: lens pixels per pixel at least.
     """
     centre = np.asarray(centre_in_world, dtype=np.float64)
     chosen = best_lens(rig, world_from_rig, centre) if lens is None else lens
@@ -99,7 +101,7 @@ def window_around(
     distance = max(float(np.linalg.norm(in_lens)), 1.05 * radius_m)
     half_angle = math.asin(min(0.8, radius_m / distance))
     wanted = max(2.0 * MARGIN * half_angle * source.f_px, MIN_SIDE_PX)
-    shrink = max(1, math.ceil(wanted / LARGEST_SIDE_PX))
+    shrink = max(shrink, math.ceil(wanted / LARGEST_SIDE_PX))
     middle = source.project(in_lens[None])[0][0]
     spans = np.stack([middle - 0.5 * wanted, middle + 0.5 * wanted])
     if box_in_world is not None:

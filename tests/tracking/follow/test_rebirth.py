@@ -1,0 +1,105 @@
+"""What a pose does not account for is looked for around where it was known."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from scenes.pose import Pose
+from scenes.state import TrackState
+from tracking.follow.belief import MIN_RATE, accounts_for
+from tracking.follow.posterior import WIDEST_CARRIED_M
+from tracking.follow.rebirth import FARTHEST_M, expected_of, look_around
+from tracking.hypotheses.budget import Step
+from tracking.solve.motion import Motion
+
+FRAME_NS = 100_000_000
+
+
+@pytest.fixture
+def lifted(table):
+    """The book as it is taken up and turned between two pictures, and its pose then."""
+    before = table.poses["book-1"]
+    now = Pose.from_yaw(before.yaw() + 0.6, before.translation + np.array([-0.15, 0.1, 0.15]))
+    return table.scene({"book-1": now}, seq=1, t_ns=FRAME_NS), now
+
+
+def lost_sight_of(table, scene, **remembered):
+    """The task of a book that was known one picture before, and is not where it was."""
+    known = {
+        "state": TrackState.OCCLUDED,
+        "missed_frames": 1,
+        "usual_nats": 60.0,
+        "usual_rate": 1.2,
+        "world_from_known": table.poses["book-1"],
+        "known_motion": Motion.rest(0),
+    }
+    return table.task(scene, "book-1", **{**known, **remembered})
+
+
+def test_a_book_that_was_taken_up_and_turned_is_found_in_the_next_picture(table, lifted):
+    scene, now = lifted
+    track = look_around([lost_sight_of(table, scene)])["book-1"]
+    assert track.state is TrackState.TRACKED
+    assert np.linalg.norm(track.world_from_object.translation - now.translation) < 0.05
+    assert track.world_from_known is track.world_from_object
+    assert track.known_ns == track.looked_ns == FRAME_NS
+    # The way there says how fast it moves.
+    assert np.linalg.norm(track.motion.velocity[:3]) > 0.5
+
+
+def test_what_a_pose_accounts_for_is_not_looked_for(table, lifted):
+    scene, _ = lifted
+    followed = lost_sight_of(table, scene, state=TrackState.TRACKED, rate=1.0)
+    resting = lost_sight_of(table, scene, state=TrackState.STATIC)
+    never_seen = lost_sight_of(table, scene, usual_nats=1.0)
+    assert look_around([followed, resting, never_seen]) is None
+    assert look_around([replace(followed, track=replace(followed.track, rate=0.1))]) is not None
+
+
+def test_what_is_where_it_was_stays_there(table, as_scanned):
+    scene = replace(as_scanned, frame=replace(as_scanned.frame, seq=1, t_ns=FRAME_NS))
+    task = lost_sight_of(table, scene)
+    track = look_around([task])["book-1"]
+    assert track.world_from_object is task.track.world_from_object
+    assert track.looked_ns == FRAME_NS
+
+
+def test_looks_take_turns_and_wait_longer_the_longer_nothing_is_found(table, lifted):
+    scene, _ = lifted
+    cost_ns = lost_sight_of(table, scene).costs.cost_ms(Step.BIRTH) * 1e6
+    just_looked = lost_sight_of(table, scene, looked_ns=FRAME_NS - round(cost_ns))
+    assert look_around([just_looked]) is None
+    long_ago = replace(scene, frame=replace(scene.frame, t_ns=1_500_000_000))
+    # Looked for after 1.3 s, it is not looked for again before a quarter of that has gone by.
+    assert look_around([lost_sight_of(table, long_ago, looked_ns=1_300_000_000)]) is None
+
+
+def test_it_may_be_as_far_as_people_carry_things_and_at_any_height(table, lifted):
+    scene, _ = lifted
+    near = expected_of(lost_sight_of(table, scene))
+    height_m = float(table.poses["book-1"].translation[2])
+    assert near.stands(table.poses["book-1"])
+    assert min(near.lifts_m) < height_m < max(near.lifts_m)
+    later = replace(scene, frame=replace(scene.frame, t_ns=1_900_000_000))
+    assert near.reach_m < expected_of(lost_sight_of(table, later)).reach_m == FARTHEST_M
+    task = lost_sight_of(table, scene)
+    wide = replace(task.model.source, box_m=(2 * WIDEST_CARRIED_M, 0.5, 0.8))
+    assert expected_of(replace(task, model=replace(task.model, source=wide))).lifts_m == ()
+
+
+@pytest.mark.parametrize(
+    ("usual", "rate", "accounts"),
+    [
+        (1.6, MIN_RATE, True),
+        (1.6, 0.5, False),
+        (0.8, 0.45, True),
+        (0.8, 0.3, False),
+        (0.0, 0.5, False),
+    ],
+)
+def test_a_pose_accounts_for_an_object_by_half_of_what_that_usually_shows(
+    table, as_scanned, usual, rate, accounts
+):
+    track = table.task(as_scanned, "book-1", usual_rate=usual).track
+    assert accounts_for(track, rate) is accounts

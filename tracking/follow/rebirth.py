@@ -1,0 +1,162 @@
+"""A look around for an object whose pose does not account for what is to be seen of it.
+
+What was lifted, turned or carried by more than a step bridges is found here again, in the next
+picture; a pose that was followed wrongly is taken back as soon as another one shows it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+from scenes.state import TrackState
+from tracking.evidence.evidence import gather, view_of
+from tracking.evidence.observation import observe
+from tracking.follow.belief import CERTAIN_NATS, accounts_for
+from tracking.follow.posterior import is_carriable
+from tracking.follow.track import Review, Task, Track
+from tracking.hypotheses.births import Expected, born
+from tracking.hypotheses.budget import Step
+from tracking.hypotheses.hypothesis import CLEAR_NATS, Hypothesis, is_other
+from tracking.hypotheses.prior import stayed_log_prior
+from tracking.likelihood.pose_likelihood import pose_support
+from tracking.solve.covariance import uncertainty
+from tracking.solve.motion import Motion
+
+KNOWN_NS = 2_000_000_000
+"""Time in ns since an object was known for which it is looked for around there."""
+
+JUMP_M, FASTEST_M_S, FARTHEST_M = 0.08, 3.0, 1.2
+"""Distance that is always reachable, speed of a carried object at most (at arm's length from who
+turns round), and distance beyond which places are the whole search's: m and m/s."""
+
+LIFTS_M = (-0.3, -0.15, 0.0, 0.15, 0.3)
+"""Heights about its last one at which a carried object is looked for: what people lift in a third
+of a second; between them a climb bridges."""
+
+LOOK_SHARE = 0.6
+"""Share of the time between looks that a look may take."""
+
+LATER = 0.25
+"""Wait until the next look, as a share of the time from when an object was known to the last one:
+the longer that is ago, the less a look around there finds."""
+
+MISSING_SHARE = 0.5
+"""Share of its usual nats by which another pose must be likelier than one that is followed. Without
+it a book in a hand, which showed a third of them in one picture, was taken for 7 cm farther off."""
+
+COASTED_NS = 350_000_000
+"""Time in ns over which the way to a new pose says how fast an object moves."""
+
+
+def look_around(tasks: Sequence[Task]) -> dict[str, Track] | None:
+    """Tracks after a look for the object of which most is missing; None where none is due.
+
+    Args:
+        tasks: of all objects, with their tracks of this frame.
+    """
+    due = [task for task in tasks if _is_due(task)]
+    if not due:
+        return None
+    now = due[0].scene.frame.t_ns
+    # Where most is missing, and nobody looked for longest.
+    task = max(due, key=lambda task: task.track.usual_nats * (now - task.track.looked_ns))
+    name = task.model.object_id
+    task = replace(task, track=replace(task.track, looked_ns=now))
+    found, _ = task.costs.timed(
+        Step.BIRTH,
+        lambda: born(
+            task.scene, task.model, neighbours=task.neighbours, expected=expected_of(task)
+        ),
+    )
+    shown = [item for item in found if _is_likelier(task, item)]
+    return {name: _born(task, shown[0]) if shown else task.track}
+
+
+def _is_due(task: Task) -> bool:
+    track, now = task.track, task.scene.frame.t_ns
+    if task.is_first or track.usual_nats <= CLEAR_NATS or track.state is TrackState.STATIC:
+        return False
+    if track.state is TrackState.TRACKED and accounts_for(track, track.rate):
+        return False
+    since_ns = max(track.looked_ns - track.known_ns, 0)
+    wait_ns = max(task.costs.cost_ms(Step.BIRTH) / LOOK_SHARE * 1e6, LATER * since_ns)
+    # A picture comes a little early or late.
+    return now - track.known_ns < KNOWN_NS and now - track.looked_ns >= 0.9 * wait_ns
+
+
+def expected_of(task: Task) -> Expected:
+    """Poses and places that an object may have gone to since it was last known."""
+    track, now = task.track, task.scene.frame.t_ns
+    known = track.world_from_known
+    reach_m = JUMP_M + FASTEST_M_S * (now - track.known_ns) * 1e-9
+    moved = track.known_motion.predict(known, now)
+    height_m = float(known.translation[2])
+    supports = tuple(h for h in task.support_heights_m if abs(h - height_m) < reach_m + 0.02)
+    lowest = min(task.support_heights_m)
+    lifts = tuple(height_m + lift for lift in LIFTS_M if height_m + lift > lowest + 0.05)
+    poses = (moved, known) if is_other(task.model, moved, known) else (moved,)
+    return Expected(
+        poses,
+        min(reach_m, FARTHEST_M),
+        supports,
+        lifts if is_carriable(task.model.source.box_m) else (),
+    )
+
+
+def _is_likelier(task: Task, item: Hypothesis) -> bool:
+    """Whether a pose shows the object, and clearly better than where it is believed."""
+    track, support = task.track, item.support
+    if support.is_covered or not accounts_for(track, support.nats_a_sample):
+        return False
+    if track.state is TrackState.LOST:
+        return item.log_odds > CLEAR_NATS
+    believed = track.world_from_object
+    if not is_other(task.model, item.world_from_object, believed):
+        return False
+    scene, model = task.scene, task.model
+    evidence = gather(scene, model, view_of(scene, model, believed), task.neighbours)
+    there = pose_support(observe(scene, evidence), model, believed, scene.renderer)
+    if track.state is TrackState.TRACKED:
+        # What is followed shows less for a picture or two, too, in a hand or in another light.
+        missing_nats = MISSING_SHARE * track.usual_nats
+        return item.log_odds > there.nats + max(missing_nats, CLEAR_NATS)
+    stood = track.world_from_stood
+    rests = stood is not None and not is_other(model, stood, believed)
+    stays = stayed_log_prior() if rests else 0.0
+    return item.log_odds > max(there.nats, 0.0) + stays + CLEAR_NATS
+
+
+def _born(task: Task, item: Hypothesis) -> Track:
+    """The track of an object at a pose that was found."""
+    track, now, fit = task.track, task.scene.frame.t_ns, item.fit
+    motion = Motion.rest(now)
+    if now - track.known_ns <= COASTED_NS:
+        since = replace(track.known_motion, t_ns=track.known_ns)
+        motion = since.measured(track.world_from_known, fit.world_from_object, now)
+    return replace(
+        track,
+        world_from_object=fit.world_from_object,
+        motion=motion,
+        state=TrackState.TRACKED,
+        covariance=uncertainty(task.scene, task.model, fit),
+        visible_fraction=fit.visible_fraction,
+        confidence=1.0 / (1.0 + math.exp(-min(item.log_odds, CERTAIN_NATS))),
+        usual_inlier_ratio=fit.unoccluded_inlier_ratio,
+        usual_correlation=max(fit.colour_correlation, 0.0),
+        usual_nats=item.support.nats,
+        rate=item.support.nats_a_sample,
+        world_from_known=fit.world_from_object,
+        known_ns=now,
+        known_motion=motion,
+        still_frames=0,
+        missed_frames=0,
+        searches_in_vain=0,
+        seen_ns=now,
+        rest=None,
+        reduced=fit.reduced,
+        appearance=None,
+        hypotheses=(),
+        review=Review(now, 0, 0.0, 0.0),
+    )
