@@ -1,4 +1,4 @@
-"""A cut in a process of its own, on a copy of the scene; the scene before it stays beside it."""
+"""A cut, or another change of a scene, in a process of its own, on a copy; the old one is kept."""
 
 from __future__ import annotations
 
@@ -6,13 +6,29 @@ import json
 import shutil
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from scenes.cameras import Pinhole
+from scenes.pose import Pose
 from scenes.prepare.cutout.marks.drawn import Point, Stroke
 from studio.app.preparation.child import Child
 
 BEFORE, AFTER, PICTURES = "before", "cutting", "cut-pictures"
+
+SHARPENED_M = 0.25
+"""Radius in m of what is sharpened around a mark without a box."""
+
+
+class Change(StrEnum):
+    """Changes of a scene by marks in its photos."""
+
+    CUT = "cut"
+    CLEAN = "clean"
+    SHARPEN = "sharpen"
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,31 +108,102 @@ def cut_words(scene: Path, name: str, marks: Sequence[Mark]) -> list[str]:
     return words
 
 
+def sharpen_words(copy: Path, name: str, *, marks: Sequence[Mark], scene: Path) -> list[str]:
+    """The command line that trains a part of a scene with its photos' own resolution.
+
+    Args:
+        copy: the scene that is changed.
+        name: of an object; with neither a name nor marks, all objects.
+        marks: around a place, which goes before a name.
+        scene: the scene that it is a copy of, beside which its photos are known.
+
+    Raises:
+        ValueError: nothing is at the place that is marked.
+    """
+    words = ["refine", str(copy)]
+    drawn = next((mark for mark in marks if not mark.is_empty), None)
+    if drawn is not None:
+        centre, radius_m = marked_place(scene, drawn)
+        at = ",".join(f"{value:.3f}" for value in centre)
+        words += [f"--at={at}", "--radius", f"{radius_m:.3f}"]
+    elif name.strip():
+        words.append(name.strip())
+    return [*words, "--work", str(scene.with_name(f"{scene.name}.prepare")), "--json"]
+
+
+def marked_place(scene: Path, mark: Mark) -> tuple[tuple[float, float, float], float]:
+    """The place in the room that a mark is on, m, and the radius in m of what it is around.
+
+    Raises:
+        ValueError: the scene shows nothing there, or has no such view.
+    """
+    from scenes.package import load_package
+    from scenes.render.native import NativeRenderer
+    from scenes.render.renderer import PosedSplats
+
+    package = load_package(scene)
+    view = next((view for view in package.views if view.name == mark.view), None)
+    if view is None:
+        raise ValueError(f"{scene.name}: no view {mark.view!r}: show its views again")
+    shown = [PosedSplats(package.room, Pose.identity())]
+    shown += [PosedSplats(item.splats, item.world_from_object) for item in package.objects]
+    drawn = NativeRenderer().render(shown, view.camera, view.world_from_camera)
+    (x, y), size_px = _middle_of(mark)
+    row, column = round(y - 0.5), round(x - 0.5)
+    height, width = drawn.depth.shape
+    depth_m = float(drawn.depth[row, column]) if 0 <= row < height and 0 <= column < width else 0.0
+    if depth_m <= 0.0:
+        raise ValueError(f"{mark.view}: nothing is at the mark: mark a place on a surface")
+    ray, aside = view.camera.unproject([(x, y), (x + 0.5 * size_px, y)])
+    # Depth is along the axis of a pinhole, and the range of a fisheye.
+    range_m = depth_m / float(ray[2]) if isinstance(view.camera, Pinhole) else depth_m
+    centre = view.world_from_camera @ (range_m * ray)
+    radius_m = range_m * float(np.linalg.norm(aside - ray)) if size_px > 0.0 else SHARPENED_M
+    cx, cy, cz = centre.tolist()
+    return (cx, cy, cz), radius_m
+
+
+def _middle_of(mark: Mark) -> tuple[Point, float]:
+    """The middle of a mark, and the longer side of a box around it, px; 0 without one."""
+    if mark.around is not None:
+        left, top, right, bottom = mark.around
+        return (0.5 * (left + right), 0.5 * (top + bottom)), max(right - left, bottom - top)
+    points = [*mark.clicks, *(point for stroke in mark.strokes for point in stroke.points)]
+    xs, ys = zip(*points, strict=True)
+    return (sum(xs) / len(xs), sum(ys) / len(ys)), 0.0
+
+
 class CutJob:
-    """One cut, or one cleaning. Started at once; once it has ended well, `take` puts it in place.
+    """One change of a scene. Started at once; once it has ended well, `take` puts it in place.
 
     Args:
         scene: folder of the package; read only until `take`.
         name: of the object.
         marks: in its photos.
-        cleans: whether what is marked is removed, and no object made of it.
+        change: to be made.
 
     Raises:
-        ValueError: as `cut_words` and `clean_words`.
+        ValueError: as `cut_words`, `clean_words` and `sharpen_words`.
         OSError: the scene cannot be copied.
     """
 
     def __init__(
-        self, scene: Path, name: str, marks: Sequence[Mark], *, cleans: bool = False
+        self, scene: Path, name: str, marks: Sequence[Mark], *, change: Change = Change.CUT
     ) -> None:
-        self.scene = scene
+        self.scene, self.change = scene, change
         self.pictures = scene.with_name(f"{scene.name}.{PICTURES}")
         self._copy = scene.with_name(f"{scene.name}.{AFTER}")
-        words = clean_words(self._copy, marks) if cleans else cut_words(self._copy, name, marks)
+        match change:
+            case Change.CUT:
+                words = [*cut_words(self._copy, name, marks), "--preview", str(self.pictures)]
+            case Change.CLEAN:
+                words = clean_words(self._copy, marks)
+            case Change.SHARPEN:
+                words = sharpen_words(self._copy, name, marks=marks, scene=scene)
         shutil.rmtree(self._copy, ignore_errors=True)
         shutil.rmtree(self.pictures, ignore_errors=True)
         shutil.copytree(scene, self._copy)
-        self._child = Child(words if cleans else [*words, "--preview", str(self.pictures)])
+        self._child = Child(words)
 
     @property
     def is_running(self) -> bool:
@@ -125,15 +212,21 @@ class CutJob:
 
     @property
     def problem(self) -> str:
-        """Why nothing was cut, with what to do; empty while it runs and where it went well."""
+        """Why nothing was changed, with what to do; empty while it runs and where it went well."""
         if self._child.is_running or self._child.code == 0:
             return ""
         lines = [line for line in self._child.said() if line]
-        return "cancelled" if self._child.is_cancelled else (lines or ["nothing was cut"])[-1]
+        return "cancelled" if self._child.is_cancelled else (lines or ["nothing was changed"])[-1]
+
+    @property
+    def doing(self) -> str:
+        """The last line that it said of how far it is; empty before."""
+        lines = [line for line in self._child.said() if line]
+        return lines[-1] if lines else ""
 
     @property
     def report(self) -> dict[str, Any]:
-        """Figures of `nexus cut --json`: splats, floaters removed, size; empty before."""
+        """Figures of `nexus cut --json` or `nexus refine --json`; empty before."""
         try:
             return dict(json.loads(self._child.printed()))
         except ValueError:
@@ -148,17 +241,17 @@ class CutJob:
         return self._child.wait(limit_s)
 
     def take(self) -> Path:
-        """Put the cut scene in the scene's place.
+        """Put the changed scene in the scene's place.
 
         Returns:
-            Where the scene before the cut is kept, byte for byte; `undo` takes it.
+            Where the scene before it is kept, byte for byte; `undo` takes it.
 
         Raises:
             ValueError: it has not ended well.
             OSError: folders cannot be renamed.
         """
         if self.is_running or self._child.code != 0:
-            raise ValueError(f"{self.scene}: nothing to take: {self.problem or 'still cutting'}")
+            raise ValueError(f"{self.scene}: nothing to take: {self.problem or 'still at work'}")
         number = 1
         while (kept := self.scene.with_name(f"{self.scene.name}.{BEFORE}-{number}")).exists():
             number += 1

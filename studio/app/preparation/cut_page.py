@@ -23,7 +23,7 @@ from PySide6.QtWidgets import (
 from devices.streams import Slot
 from scenes.workers.task import Task
 from studio.app.model.workbench import Topic, Workbench
-from studio.app.preparation.cut_job import CutJob, Mark, undo
+from studio.app.preparation.cut_job import Change, CutJob, Mark, undo
 from studio.app.preparation.photo_marker import BeforeAfter, MarkTool, PhotoMarker
 from studio.app.shell.theme import SHAPES
 from studio.app.shell.wrapping import WrappingRow
@@ -71,6 +71,25 @@ class ViewPictures:
 
 POLL_MS = 200
 
+CLEAN_TIP = (
+    "take what is marked out of the room: in one view what hangs before it, in several what lies in "
+    "all marks"
+)
+"""Words of the button that removes splats."""
+
+SHARPEN_TIP = (
+    "train with the photos' own resolution: around a mark, else the object that is named, else all "
+    "objects; half a minute each"
+)
+"""Words of the button that sharpens."""
+
+BEGUN = {
+    Change.CUT: "cutting on a copy …",
+    Change.CLEAN: "cleaning a copy …",
+    Change.SHARPEN: "sharpening a copy …",
+}
+"""Lines that say what has begun."""
+
 
 class CutPage(QWidget):
     """A view to mark in, a name, before and after, undo.
@@ -107,13 +126,10 @@ class CutPage(QWidget):
         self.large.toggled.connect(self._enlarge)
         self.name = QLineEdit()
         self.name.setPlaceholderText("Name of the object")
-        self.cut_button, self.undo_button = QPushButton("Cut out"), QPushButton("Undo cut")
-        self.clean_button = QPushButton("Remove splats")
-        self.clean_button.setToolTip(
-            "take what is marked out of the room: in one view what hangs before it, in several "
-            "what lies in all marks"
-        )
-        self.clean_button.clicked.connect(lambda: bench.do("preparation.clean"))
+        self.cut_button = self._button("Cut out", "preparation.cut")
+        self.clean_button = self._button("Remove splats", "preparation.clean", tip=CLEAN_TIP)
+        self.sharpen_button = self._button("Sharpen", "preparation.sharpen", tip=SHARPEN_TIP)
+        self.undo_button = self._button("Undo", "preparation.undo_cut")
         self.slider = QSlider(Qt.Orientation.Horizontal)
         self.slider.setRange(0, 100)
         self.slider.setValue(50)
@@ -125,19 +141,26 @@ class CutPage(QWidget):
         self.tool.currentTextChanged.connect(self._set_tool)
         self.marker.changed.connect(self._take_marks)
         self.slider.valueChanged.connect(lambda value: self.compare.set_share(value / 100))
-        self.cut_button.clicked.connect(lambda: bench.do("preparation.cut"))
-        self.undo_button.clicked.connect(lambda: bench.do("preparation.undo_cut"))
         bench.listen(Topic.SCENE, self._forget)
         self._timer = QTimer(self)
         self._timer.timeout.connect(self.refresh)
         self._timer.start(POLL_MS)
         self.refresh()
 
+    def _button(self, text: str, action: str, *, tip: str = "") -> QPushButton:
+        """A button that does an action of the workbench."""
+        button = QPushButton(text)
+        button.setToolTip(tip)
+        button.clicked.connect(lambda: self._bench.do(action))
+        return button
+
     def _lay_out(self) -> None:
         bottom = QHBoxLayout()
         top = WrappingRow((self.load_button, self.views, self.tool, self.clear_button, self.large))
         bottom.addWidget(self.name, 1)
-        buttons = WrappingRow((self.cut_button, self.clean_button, self.undo_button))
+        buttons = WrappingRow(
+            (self.cut_button, self.clean_button, self.sharpen_button, self.undo_button)
+        )
         layout = QVBoxLayout(self)
         layout.addLayout(top)
         layout.addWidget(self.marker, 1)
@@ -183,21 +206,25 @@ class CutPage(QWidget):
             ValueError: nothing is marked, it has no name, or one runs already.
             OSError: the scene cannot be copied.
         """
-        self._begin(cleans=False)
+        self._begin(Change.CUT)
 
     def clean(self) -> None:
         """Begin to take what is marked out of the room; see `begin`."""
-        self._begin(cleans=True)
+        self._begin(Change.CLEAN)
 
-    def _begin(self, *, cleans: bool) -> None:
+    def sharpen(self) -> None:
+        """Begin to train what is marked, or the object that is named, further; see `begin`."""
+        self._begin(Change.SHARPEN)
+
+    def _begin(self, change: Change) -> None:
         if self.job is not None and self.job.is_running:
-            raise ValueError("an object is being cut out: wait for it")
+            raise ValueError("the scene is being changed: wait for it")
         scene = Path(self._bench.document.scene)
         if not (scene / "scene.json").is_file():
             raise ValueError("built-in rooms are left as they are: open a scene of your own")
-        self.job = CutJob(scene, self.name.text(), list(self.marks.values()), cleans=cleans)
+        self.job = CutJob(scene, self.name.text(), list(self.marks.values()), change=change)
         self.large.setChecked(False)
-        self.line.setText("cleaning a copy …" if cleans else "cutting on a copy …")
+        self.line.setText(BEGUN[change])
         self.refresh()
 
     def undo(self) -> None:
@@ -208,7 +235,7 @@ class CutPage(QWidget):
             OSError: folders cannot be renamed.
         """
         if not self.kept:
-            raise ValueError("nothing was cut here that could be undone")
+            raise ValueError("nothing was changed here that could be undone")
         scene, kept = self.kept.pop()
         undo(scene, kept)
         self.line.setText(f"{SHAPES['good']} the scene is as it was")
@@ -220,7 +247,10 @@ class CutPage(QWidget):
         busy = self.job is not None
         for button in (self.cut_button, self.clean_button):
             button.setEnabled(bool(self.marks) and not busy)
+        self.sharpen_button.setEnabled(not busy)
         self.clear_button.setEnabled(bool(self.marks) and not busy)
+        if self.job is not None and self.job.change is Change.SHARPEN and self.job.doing:
+            self.line.setText(self.job.doing)
         self.undo_button.setEnabled(bool(self.kept) and not busy)
         if self._drawing is not None and (drawn := self._drawing.result.take()) is not None:
             self._drawing = None
@@ -244,7 +274,8 @@ class CutPage(QWidget):
         try:
             self.kept.append((job.scene, job.take()))
         except OSError as error:
-            self._bench.say("error", f"{job.scene}: the cut scene cannot be put in place: {error}")
+            what = f"{job.scene}: the changed scene cannot be put in place: {error}"
+            self._bench.say("error", what)
             return
         self.line.setText(f"{SHAPES['good']} {_done(job.report)}")
         self._after = ViewPictures(job.scene, tuple(self.marks)[:1])
@@ -313,7 +344,9 @@ class CutPage(QWidget):
 
 
 def _done(report: dict[str, Any]) -> str:
-    """Words for what `nexus cut --json` reports."""
+    """Words for what `nexus cut --json` or `nexus refine --json` reports."""
+    if "refined" in report:
+        return "\n".join(_sharpened(row) for row in report["refined"])
     if "cleaned" in report:
         return f"{report['cleaned']:,} splats removed"
     size = " × ".join(f"{side:g}" for side in report["box_cm"])
@@ -322,6 +355,14 @@ def _done(report: dict[str, Any]) -> str:
         f"{report['floaters']} floaters removed; {report['seen_words']}"
     )
     return "\n".join([found, *report["notes"]])
+
+
+def _sharpened(row: dict[str, Any]) -> str:
+    """Words for one object or region of what `nexus refine --json` reports."""
+    words = f"{row['name']}: {row['splats']:,} splats of {row['photos']} photos"
+    if row["after_db"] is None:
+        return words
+    return f"{words}, {row['before_db']} → {row['after_db']} dB on photos kept aside"
 
 
 def image_of(picture: NDArray[np.uint8]) -> QImage:

@@ -90,8 +90,15 @@ class PreparationDock(QWidget):
                 available=lambda: bool(self.cut.marks),
             ),
             Action(
+                "preparation.sharpen",
+                "Sharpen what is marked or named",
+                group,
+                self.cut.sharpen,
+                "trains it with the photos' own resolution, on a copy of the scene; can be undone",
+            ),
+            Action(
                 "preparation.undo_cut",
-                "Undo the last cut",
+                "Undo the last cut or sharpening",
                 group,
                 self.cut.undo,
                 "puts the scene before it back",

@@ -10,7 +10,16 @@ import pytest
 
 from scenes.package import load_package
 from scenes.prepare.cutout.marks.drawn import Stroke
-from studio.app.preparation.cut_job import CutJob, Mark, clean_words, cut_words, undo
+from studio.app.preparation.cut_job import (
+    SHARPENED_M,
+    CutJob,
+    Mark,
+    clean_words,
+    cut_words,
+    marked_place,
+    sharpen_words,
+    undo,
+)
 from studio.app.preparation.preparation_job import (
     PreparationJob,
     Scale,
@@ -19,6 +28,7 @@ from studio.app.preparation.preparation_job import (
     splat_file_words,
 )
 from studio.app.preparation.stage_lines import StageLine, seconds_of, stages_of
+from tests.studio.app.preparation.conftest import HIGH, LOW
 
 
 def digest(folder):
@@ -76,6 +86,25 @@ def test_what_a_hand_draws_becomes_words_of_cutting_and_of_cleaning(tmp_path):
     assert words[10:] == ["--brush", "a", "4.0", "3.0", "3.0", "5.0", "3.0"]
     with pytest.raises(ValueError, match="draw around it, or brush over it"):
         clean_words(tmp_path, [Mark("a", None, ((1.0, 2.0),))])
+
+
+def test_sharpening_is_of_what_is_marked_else_of_what_is_named_else_of_all(scene, marks):
+    copy = scene.with_name("copy.gnx")
+    words = sharpen_words(copy, "crate", marks=marks[:1], scene=scene)
+    assert words[:2] == ["refine", str(copy)]
+    assert words[-3:] == ["--work", str(scene.with_name("crate.gnx.prepare")), "--json"]
+    at = np.array([float(value) for value in words[2].removeprefix("--at=").split(",")])
+    assert np.all((at > LOW - 0.02) & (at < HIGH + 0.02)), "the mark is on the crate"
+    assert words[3] == "--radius"
+    assert 0.1 < float(words[4]) < 0.4
+    assert sharpen_words(copy, " crate ", marks=(), scene=scene)[2] == "crate"
+    assert sharpen_words(copy, "", marks=(), scene=scene)[2] == "--work"
+    clicked = Mark(marks[0].view, None, ((120.0, 90.0),))
+    assert marked_place(scene, clicked)[1] == SHARPENED_M
+    with pytest.raises(ValueError, match="nothing is at the mark"):
+        marked_place(scene, Mark(marks[0].view, None, ((120.0, -9.0),)))
+    with pytest.raises(ValueError, match=r"no view '9\.png'"):
+        marked_place(scene, Mark("9.png", None, ((1.0, 1.0),)))
 
 
 def test_progress_lines_are_stages():
