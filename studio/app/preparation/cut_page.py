@@ -72,8 +72,8 @@ class ViewPictures:
 POLL_MS = 200
 
 CLEAN_TIP = (
-    "take what is marked out of the room: in one view what hangs before it, in several what lies in "
-    "all marks"
+    "take what is marked out of the room: in one view what hangs before it, in several what lies "
+    "in all marks"
 )
 """Words of the button that removes splats."""
 

@@ -74,6 +74,12 @@ class PreparationDock(QWidget):
                 self.room.cancel,
                 available=lambda: self.room.job is not None and self.room.job.is_running,
             ),
+            *self._cut_actions(group),
+        )
+
+    def _cut_actions(self, group: str) -> tuple[Action, ...]:
+        """The actions of the page on which the scene is changed by marks."""
+        return (
             Action(
                 "preparation.cut",
                 "Cut the marked object out",
