@@ -27,7 +27,7 @@ def carried_rig(video: Path, *, instead: str, say: Say) -> Rig:
     Args:
         video: the file.
         instead: words for a message: what to give where the file has none.
-        say: told whose calibration is used.
+        say: called with whose calibration is used.
 
     Raises:
         FootageError: it carries none, or one that does not suit it.
@@ -66,7 +66,7 @@ def camera_of_footage(
         renderer: draws splats.
         locate: finds the pose.
         instead: words for a message: what to give where this cannot be found.
-        say: told what is found.
+        say: called with what is found.
 
     Raises:
         FootageError: the footage carries no calibration, is damaged, or its camera is not found.

@@ -39,7 +39,7 @@ GREY = 0.5
 """Behind an object alone: a hole in it shows, be it dark or light."""
 
 AWAY = Pose(np.eye(3), np.array([0.0, 0.0, -1e3]))
-"""Where meshes are that are not to be seen: beyond all that is drawn."""
+"""Pose of meshes that are not to be seen: beyond all that is drawn."""
 
 MIN_SHOWN_PX = 150
 """Of an object in a picture that judges it; the refinement asks as much of its photos."""

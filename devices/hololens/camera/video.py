@@ -277,7 +277,7 @@ class CameraSwitch:
             return None
 
     def _say(self, opening: StartVideo | StopVideo, stop: threading.Event) -> None:
-        """Say one thing, and wait until it was taken."""
+        """Send one message, and wait until it was taken."""
         connection = Connection(self._address, self._clock, stop=stop, silent_s=ASK_S)
         try:
             connection.send(encode_opening(opening))

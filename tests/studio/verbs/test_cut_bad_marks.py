@@ -40,7 +40,7 @@ def cut(desk, scene, capsys):
     def call(*marks):
         words = [str(word) for mark in marks for word in mark]
         code = main(
-            ["cut", str(scene), "--name", "thing", "--photos", str(desk.folder), "--json", *words]
+            ["cut", str(scene), "--name", "cup", "--photos", str(desk.folder), "--json", *words]
         )
         printed = capsys.readouterr()
         return code, json.loads(printed.out) if printed.out else {}, printed.err

@@ -1,4 +1,4 @@
-"""What rehearse and fork print of what was played, and their exit code."""
+"""Figures that rehearse and fork print of what was played, and their exit code."""
 
 import json
 from argparse import Namespace

@@ -56,11 +56,11 @@ def test_another_eye_camera_room_or_object_list_changes_all(tiny, twin, renderer
     for eye, camera in ((EYE, CAMERA), (outside, CAMERA), (EYE, other), (EYE, other)):
         for k in (0, 1, 2):
             assert_same(twin, view, moved(tiny, k), camera=camera, eye=eye, opens=True)
-    for things in ((), tuple(twin_things(tiny)), ()):
-        assert_same(twin, view, {}, things=things)
+    for twins in ((), tuple(twin_items(tiny)), ()):
+        assert_same(twin, view, {}, things=twins)
 
 
-def twin_things(tiny):
+def twin_items(tiny):
     from scenes.render.renderer import PosedSplats
 
     yield PosedSplats(tiny.scene.objects[0].splats, Pose(np.eye(3), np.array([0.3, 0.2, 0.5])))

@@ -1,4 +1,4 @@
-"""What a pose does not account for is looked for around where it was known."""
+"""A look around where an object was known for what its pose does not account for."""
 
 from dataclasses import replace
 

@@ -162,25 +162,25 @@ def doubts(
         boxed: its boxes.
         other: (3,) the middle of something else in them, as `something_else` found it.
     """
-    told: list[str] = []
+    notes: list[str] = []
     if found.goes_on:
         where = _where_it_goes_on(cells, found, boxed=boxed)
-        told.append(f"it goes on beyond {where}; draw that box around all of it")
-    told += _empty_part(cells.places[found.labels], boxed)
+        notes.append(f"it goes on beyond {where}; draw that box around all of it")
+    notes += _empty_part(cells.places[found.labels], boxed)
     if other is not None and boxed[0].holds(other[None]).all():
         x, y = boxed[0].pixels(other[None])[0]
-        told.append(
+        notes.append(
             f"something else is in {_boxes(boxed)}, around {x:.0f}, {y:.0f} px in "
             f"{boxed[0].name}, and was left out; draw a box around each alone"
         )
     photos = int(np.percentile(cells.seen_by[found.labels], 90))
     if photos <= FEW_PHOTOS:
         how_many = "one photo shows" if photos == 1 else f"{photos} photos show"
-        told.append(
+        notes.append(
             f"only {how_many} it, so that its depth is a guess; take some more from its left and "
             "its right, and prepare the room again"
         )
-    return tuple(told)
+    return tuple(notes)
 
 
 def something_else(cells: SurfaceCells, found: Labelled) -> FloatArray | None:
@@ -237,7 +237,7 @@ def _focal_px(box: Boxed) -> float:
 
 def _empty_part(places: FloatArray, boxed: Sequence[Boxed]) -> list[str]:
     """A sentence of the box that is emptiest beside one of its edges, if it is."""
-    most, told = EMPTY, ""
+    most, note = EMPTY, ""
     for box in boxed:
         low, size, is_open = _shown(box)
         near, far = np.percentile(box.pixels(places), (1, 99), axis=0)
@@ -247,11 +247,11 @@ def _empty_part(places: FloatArray, boxed: Sequence[Boxed]) -> list[str]:
         ):
             if gap > most and not opens:
                 most = float(gap)
-                told = (
+                note = (
                     f"nothing of it was found in the {edge} {gap:.0%} of the box in {box.name}: a "
                     "part may be missing; click on that part there as well, or draw the box closer"
                 )
-    return [told] if told else []
+    return [note] if note else []
 
 
 def _shown(box: Boxed) -> tuple[FloatArray, FloatArray, tuple[bool, ...]]:

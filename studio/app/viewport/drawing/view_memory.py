@@ -62,7 +62,7 @@ class ViewMemory:
 
 
 def is_same_shape(one: Shape, other: Shape) -> bool:
-    """Return whether two shapes are drawn alike: equal values, or the same large arrays."""
+    """Return whether two shapes are drawn the same way: equal values, or the same large arrays."""
     if one is other:
         return True
     if type(one) is not type(other):

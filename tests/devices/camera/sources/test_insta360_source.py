@@ -123,8 +123,8 @@ def test_nothing_there_says_what_to_do(clock):
 
 
 def test_the_receiver_gives_the_lenses_that_the_camera_told(encoded, clock):
-    told = CameraInfo("IXSE42", "Insta360 X5", "v1", 0.8, OFFSET_V1, "", OFFSET_V3)
-    server = PreviewServer(lambda: iter(encoded), clock, told)
+    info = CameraInfo("IXSE42", "Insta360 X5", "v1", 0.8, OFFSET_V1, "", OFFSET_V3)
+    server = PreviewServer(lambda: iter(encoded), clock, info)
     receiver = CameraReceiver(address(server), clock)
     try:
         assert receiver.carried_lenses() is None

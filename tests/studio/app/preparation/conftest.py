@@ -61,3 +61,30 @@ def marks(scene):
         low, high = pixels.min(axis=0) - 5, pixels.max(axis=0) + 5
         found.append(Mark(view.name, (*low.tolist(), *high.tolist())))
     return found
+
+
+@pytest.fixture
+def objects_page(tmp_path, qapp, until):
+    """Opens the window on a scene, and the page on which its objects are cut out; gives both."""
+    from studio.app.model.documents.document import Document
+    from studio.app.window import dispose, make_window
+
+    opened = []
+
+    def show(scene):
+        out, home = tmp_path / "out", tmp_path / "home"
+        window = make_window(Document(str(scene)), rehearse_to=out, home=home)
+        opened.append(window)
+        window.bench.set(has_started=True)
+        window.run.open_scene(str(scene))
+        window.show()
+        until(lambda: window.is_filled and window.bench.scene is not None)
+        window.bench.do("dock.preparation")
+        dock = window.content("preparation")
+        dock.tabs.setCurrentWidget(dock.cut)
+        return window, dock.cut
+
+    yield show
+    for window in opened:
+        window.close()
+        dispose(window)

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from scenes.package import load_package, save_package
-from studio.app.model.documents.document import Document
 from studio.console.display import why_no_window
 from tests.studio.app.preparation.conftest import HIGH, joined, splats_on
 
@@ -20,27 +19,16 @@ COUNT = 80
 
 
 @pytest.fixture
-def cleaning(scene, tmp_path, qapp, until):
+def cleaning(scene, objects_page, until):
     """The window on a room with stray splats over its crate, and the page to mark them on."""
-    from studio.app.window import dispose, make_window
-
     package = load_package(scene)
     stray = STRAY + np.random.default_rng(5).normal(0.0, 0.015, (COUNT, 3))
     room = joined(package.room, splats_on(stray, (0.9, 0.2, 0.2)))
     save_package(replace(package, room=room), scene)
-    window = make_window(Document(str(scene)), rehearse_to=tmp_path / "out", home=tmp_path / "home")
-    window.bench.set(has_started=True)
-    window.run.open_scene(str(scene))
-    window.show()
-    until(lambda: window.is_filled and window.bench.scene is not None)
-    window.bench.do("dock.preparation")
-    dock = window.content("preparation")
-    dock.tabs.setCurrentWidget(dock.cut)
-    dock.cut.load_button.click()
-    until(lambda: dock.cut.views.count() == 3)
-    yield window, dock.cut
-    window.close()
-    dispose(window)
+    window, page = objects_page(scene)
+    page.load_button.click()
+    until(lambda: page.views.count() == 3)
+    return window, page
 
 
 def drawn_around(page, package, radius_px, count):

@@ -2,7 +2,6 @@
 
 import pytest
 
-from studio.app.model.documents.document import Document
 from studio.console.display import why_no_window
 from tests.prepared_floor import make_prepared_floor
 from tests.studio.app.preparation.test_jobs import digest
@@ -15,22 +14,10 @@ pytestmark = [
 
 
 @pytest.fixture
-def sharpening(tmp_path, qapp, until):
+def sharpening(tmp_path, objects_page):
     """The window on a coarse floor of which the photos are there, and the page to mark them on."""
-    from studio.app.window import dispose, make_window
-
     scene = make_prepared_floor(tmp_path)
-    window = make_window(Document(str(scene)), rehearse_to=tmp_path / "out", home=tmp_path / "home")
-    window.bench.set(has_started=True)
-    window.run.open_scene(str(scene))
-    window.show()
-    until(lambda: window.is_filled and window.bench.scene is not None)
-    window.bench.do("dock.preparation")
-    dock = window.content("preparation")
-    dock.tabs.setCurrentWidget(dock.cut)
-    yield scene, dock.cut
-    window.close()
-    dispose(window)
+    return scene, objects_page(scene)[1]
 
 
 def test_what_is_marked_gets_sharper_and_undo_brings_the_bytes_back(sharpening, until):

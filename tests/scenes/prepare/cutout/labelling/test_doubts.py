@@ -75,16 +75,16 @@ def test_half_of_an_object_is_told_with_the_edge_that_cuts_it():
     labels = within(cells, (-0.2, -0.05), (0.08, 0.05)) & box.holds(cells.places)
     found = labelled(cells, labels, box=box, openness=0.3)
     require_object(cells, found, boxed=[box])
-    (told,) = doubts(cells, found, boxed=[box], other=None)
-    assert told.startswith("it goes on beyond the left edge of the box in a.jpg")
+    (note,) = doubts(cells, found, boxed=[box], other=None)
+    assert note.startswith("it goes on beyond the left edge of the box in a.jpg")
 
 
 def test_an_empty_part_of_the_box_is_told():
     cells, box = sheet(), boxed()
     found = labelled(cells, within(cells, (-0.09, 0.0), (0.09, 0.09)), box=box)
-    (told,) = doubts(cells, found, boxed=[box], other=None)
-    assert "the lower 5" in told
-    assert "a part may be missing" in told
+    (note,) = doubts(cells, found, boxed=[box], other=None)
+    assert "the lower 5" in note
+    assert "a part may be missing" in note
 
 
 def test_another_object_in_the_box_is_told_with_its_place():
@@ -93,8 +93,8 @@ def test_another_object_in_the_box_is_told_with_its_place():
     second = within(cells, (0.055, -0.09), (0.095, 0.09))
     found = labelled(cells, own, box=box, held=own | second)
     other = something_else(cells, found)
-    (told,) = doubts(cells, found, boxed=[box], other=other)
-    assert told.startswith("something else is in the box in a.jpg, around 107, ")
+    (note,) = doubts(cells, found, boxed=[box], other=other)
+    assert note.startswith("something else is in the box in a.jpg, around 107, ")
     scrap = within(cells, (0.08, 0.08), (0.095, 0.095))
     assert something_else(cells, labelled(cells, own, box=box, held=own | scrap)) is None
 
@@ -105,8 +105,8 @@ def test_another_object_in_the_box_is_told_with_its_place():
 def test_few_photos_are_told(photos, words):
     cells, box = sheet(photos), boxed()
     found = labelled(cells, within(cells, (-0.09, -0.09), (0.09, 0.09)), box=box)
-    (told,) = doubts(cells, found, boxed=[box], other=None)
-    assert told.startswith(words)
+    (note,) = doubts(cells, found, boxed=[box], other=None)
+    assert note.startswith(words)
 
 
 def test_boxes_around_different_places_are_told_with_how_far_apart_they_are():
