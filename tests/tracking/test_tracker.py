@@ -230,7 +230,9 @@ def test_finds_a_chair_that_was_moved_between_sessions(scene, picture, renderer)
     assert error.yaw_deg < 3.0
 
 
-def test_a_search_for_what_is_lost_is_spread_over_frames(scene, picture, begun):
+def test_a_search_for_what_is_lost_is_spread_over_frames(scene, picture, begun, monkeypatch):
+    # A look around its last place would find it in the first picture.
+    monkeypatch.setattr(tracking.tracker, "look_around", lambda tasks: None)
     room = scene[0]
     tracker, state, _ = begun
     chair = moved(room.object_by_id("chair-1").world_from_object, -0.9, 0.5, 60)
@@ -256,6 +258,23 @@ def test_a_search_for_what_is_lost_is_spread_over_frames(scene, picture, begun):
     # The pose of a picture of two seconds ago is confirmed in the next.
     _, confirmed = tracker.step(state, replace(frame, seq=seq + 1, t_ns=now + FRAME_NS // 3), now)
     assert pose_error(by_id(confirmed)["chair-1"].world_from_object, chair).world_cm < 1.5
+
+
+def test_what_comes_back_elsewhere_within_a_second_is_found_by_a_look_around(scene, picture, begun):
+    room = scene[0]
+    tracker, state, _ = begun
+    chair = moved(room.object_by_id("chair-1").world_from_object, -0.9, 0.5, 60)
+    gone = picture({"chair-1": Pose(np.eye(3), np.array([0.0, 0.0, -5.0]))})
+    back = picture({"chair-1": chair})
+    for seq in range(1, 11):
+        now = seq * FRAME_NS
+        frame = replace(gone if seq < 5 else back, seq=seq, t_ns=now, received_ns=now)
+        state, output = tracker.step(state, frame, now)
+        found = by_id(output)["chair-1"]
+        if seq >= 5 and found.state is not TrackState.LOST:
+            break
+    assert seq <= 8
+    assert pose_error(found.world_from_object, chair).world_cm < 5.0
 
 
 def test_frames_that_were_dropped_give_no_frame_more_to_do(picture, begun, monkeypatch):
