@@ -127,12 +127,12 @@ def _weighed(room: LabelledRoom, picture: LabelledPicture, *, model: TrackModel)
     true = picture.poses[name]
     observation = _observed(picture, model, around=true)
 
-    def nats(pose: Pose) -> float:
-        return pose_support(observation, model, pose, picture.scene.renderer).nats
+    def nats(world_from_object: Pose) -> float:
+        return pose_support(observation, model, world_from_object, picture.scene.renderer).nats
 
     wrong: list[float] = []
     for pose in wrong_poses(model, true, world_from_rig=picture.scene.world_from_rig):
-        error = room.error_of(name, found=pose, true=true)
+        error = room.error_of(name, world_from_found=pose, world_from_true=true)
         if error.world_cm > SAME_CM or error.yaw_deg > SAME_DEG:
             wrong.append(nats(pose))
     at_true = nats(true)
@@ -140,17 +140,18 @@ def _weighed(room: LabelledRoom, picture: LabelledPicture, *, model: TrackModel)
     return Weighed(at_true, max(wrong), loss)
 
 
-def wrong_poses(model: TrackModel, true: Pose, *, world_from_rig: Pose) -> list[Pose]:
+def wrong_poses(model: TrackModel, world_from_object: Pose, *, world_from_rig: Pose) -> list[Pose]:
     """Poses beside, before, behind and above a true one, and turned ones."""
-    away = model.centre_at(true) - world_from_rig.translation
+    away = model.centre_at(world_from_object) - world_from_rig.translation
     sight = away / float(np.linalg.norm(away))
     ahead = np.array([*away[:2], 0.0]) / max(float(np.hypot(*away[:2])), 1e-9)
     across, up = np.array([-ahead[1], ahead[0], 0.0]), np.array([0.0, 0.0, 1.0])
     shifts = [shift * axis for axis in (ahead, across, sight) for shift in SHIFTS]
     shifts += [shift * up for shift in SHIFTS if shift > 0.0]
-    moved = [Pose(true.rotation, true.translation + model.radius_m * shift) for shift in shifts]
-    yaw = true.yaw()
-    turned = [Pose.from_yaw(yaw + math.radians(deg), true.translation) for deg in TURNS_DEG]
+    rotation, place = world_from_object.rotation, world_from_object.translation
+    moved = [Pose(rotation, place + model.radius_m * shift) for shift in shifts]
+    yaw = world_from_object.yaw()
+    turned = [Pose.from_yaw(yaw + math.radians(deg), place) for deg in TURNS_DEG]
     return moved + turned
 
 

@@ -99,7 +99,9 @@ def _looks(
         hypotheses = born(now.scene, model, neighbours=now.neighbours(name), expected=expected)
         ms = (stopwatch_ns() - began) / 1e6
         errors = [
-            room.error_of(name, found=item.world_from_object, true=now.poses[name])
+            room.error_of(
+                name, world_from_found=item.world_from_object, world_from_true=now.poses[name]
+            )
             for item in hypotheses
         ]
         right = [error.world_cm <= FOUND_CM and error.yaw_deg <= FOUND_DEG for error in errors]

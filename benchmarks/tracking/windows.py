@@ -105,11 +105,13 @@ class LabelledRoom:
         )
         self._true_from_scan = _true_from_scan(self.room.scanned.objects, scan)
 
-    def error_of(self, object_id: str, *, found: Pose, true: Pose) -> PoseError:
+    def error_of(
+        self, object_id: str, *, world_from_found: Pose, world_from_true: Pose
+    ) -> PoseError:
         """How far a pose in the scan's world is from the true one, the object's symmetry aside."""
         tie = self._true_from_scan[object_id]
         symmetry = self.room.movables[object_id].symmetry
-        return pose_error(found @ tie, true @ tie, symmetry=symmetry)
+        return pose_error(world_from_found @ tie, world_from_true @ tie, symmetry=symmetry)
 
     def stills(self) -> Iterator[LabelledPicture]:
         """The stills, each a session of its own: nothing of the live room is learned there."""

@@ -131,13 +131,17 @@ class Surroundings:
         """Of the surroundings."""
         return self.look.levels[0]
 
-    def log_odds(self, pose: Pose, *, tolerance: Tolerance = EXACTLY) -> float:
+    def log_odds(self, world_from_object: Pose, *, tolerance: Tolerance = EXACTLY) -> float:
         """Log odds of the object, drawn coarsely, at a pose."""
-        renderer = self.scene.renderer
         support = pose_support(
-            self.observation, self.model, pose, renderer, tolerance=tolerance, is_coarse=True
+            self.observation,
+            self.model,
+            world_from_object,
+            self.scene.renderer,
+            tolerance=tolerance,
+            is_coarse=True,
         )
-        return support.nats + self.expected.log_prior(self.model, pose)
+        return support.nats + self.expected.log_prior(self.model, world_from_object)
 
 
 def born(
@@ -298,10 +302,10 @@ class Axis:
     shift_m: Points
     turn_rad: float
 
-    def moved(self, pose: Pose, length: float) -> Pose:
+    def moved(self, world_from_object: Pose, length: float) -> Pose:
         """A pose moved along the coordinate by so many times its unit."""
-        yaw = pose.yaw() + length * self.turn_rad
-        return Pose.from_yaw(yaw, pose.translation + length * self.shift_m)
+        yaw = world_from_object.yaw() + length * self.turn_rad
+        return Pose.from_yaw(yaw, world_from_object.translation + length * self.shift_m)
 
 
 def _axes(around: Surroundings, pose: Pose) -> list[Axis]:

@@ -16,7 +16,9 @@ def test_a_room_gives_labelled_pictures_on_which_the_parts_are_measured(tmp_path
     last = pictures[-1]
     assert last.moving
     for name, pose in last.poses.items():
-        assert room.error_of(name, found=pose, true=pose).world_cm == pytest.approx(0.0, abs=1e-6)
+        assert room.error_of(
+            name, world_from_found=pose, world_from_true=pose
+        ).world_cm == pytest.approx(0.0, abs=1e-6)
         assert name not in {other.object_id for other, _ in last.neighbours(name)}
     result = measure_likelihood(room)
     won = [item.true_nats > item.wrong_nats for item in result.visible]
