@@ -128,6 +128,7 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
       things.answered(id);
       notice(`Not done: ${why}.`);
     },
+    cells: (buffer) => room.hidden.take(buffer),
     bodies: (buffer) => {
       if (isPicture(buffer)) surfaces.takePicture(buffer);
       else if (!media.takeVoices(buffer)) people.take(buffer, performance.now());
