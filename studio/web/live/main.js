@@ -10,6 +10,7 @@ import { Sharpness } from "shared/sharpness.js";
 import { Asked } from "live/asked.js";
 import { Board } from "live/board.js";
 import { Headset } from "live/headset.js";
+import { Passthrough } from "live/ar/passthrough.js";
 import { LiveRoom } from "live/live_room.js";
 import { Attention } from "live/things/attention.js";
 import { Media } from "live/media/media.js";
@@ -58,7 +59,7 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
     { ask: () => ({ shape: tools.shape, colour: tools.ink }), notice, changed });
   const self = new OwnHands(COLOURS[0], OWN_RAY_M);
   room.upright.add(self.group);
-  const headset = new Headset(room, board, self, { tools, ended: leftHeadset,
+  const headset = new Headset(room, board, self, { tools, ended: leftHeadset, shown: { proposals, surfaces },
     grab: new Grab(room, things, picker, tools), palette: new Palette(room.upright, tools) });
   const labels = new Labels(byId("labels"));
   const panel = new Panel(manifest.objects, {
@@ -182,17 +183,19 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
   }
 
   function leftHeadset() {
-    byId("vr").setAttribute("aria-pressed", "false");
+    for (const id of ["vr", "ar"]) byId(id).setAttribute("aria-pressed", "false");
     resize();
   }
 
-  async function toggleHeadset() {
-    const obstacle = await Headset.obstacle();
+  const obstacleTo = (id) => (id === "ar" ? Passthrough.obstacle(manifest.codes ?? []) : Headset.obstacle());
+
+  async function toggleHeadset(id) {
+    const obstacle = await obstacleTo(id);
     if (obstacle !== null) return notice(obstacle);
     if (headset.isOn) return headset.leave();
     try {
-      await headset.enter();
-      byId("vr").setAttribute("aria-pressed", "true");
+      await headset.enter(id === "ar");
+      byId(id).setAttribute("aria-pressed", "true");
     } catch (error) {
       notice(`The headset did not start: ${error.message}`);
     }
@@ -242,15 +245,18 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
     byId("view-corner").addEventListener("click", () => control.go("corner"));
     byId("view-above").addEventListener("click", KEYS.Digit2);
     byId("side").addEventListener("click", toggleList);
-    byId("vr").addEventListener("click", toggleHeadset);
+    for (const [id, words] of [["vr", "Stand in the room with this headset"],
+      ["ar", "See people and what they show over the real room, with this headset in it"]]) {
+      byId(id).addEventListener("click", () => toggleHeadset(id));
+      obstacleTo(id).then((obstacle) => {
+        byId(id).setAttribute("aria-disabled", String(obstacle !== null));
+        byId(id).title = obstacle ?? words;
+      });
+    }
     for (const group of document.querySelectorAll("[role=radiogroup]")) stepByArrows(group);
     for (const button of byId("pad").children) holdAsKey(button, control, changed);
     canvas.addEventListener("webglcontextlost", () =>
       notice("The graphics stopped. Load this page again."));
-    Headset.obstacle().then((obstacle) => {
-      byId("vr").setAttribute("aria-disabled", String(obstacle !== null));
-      byId("vr").title = obstacle ?? "Stand in the room with this headset";
-    });
   }
 
   function flags() {
