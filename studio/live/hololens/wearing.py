@@ -12,6 +12,7 @@ import numpy as np
 from devices.clock import Clock
 from devices.hub.server import Hub
 from scenes.package import ScenePackage, Stage, save_package
+from scenes.samples import SAMPLE_NAMES
 from studio.console.rows import Row, at_most
 from studio.live.hololens.figures import TruePoses, simulated_rows, worn_rows
 from studio.live.hololens.simulated.attacking import Visited
@@ -126,6 +127,12 @@ def worn_for(
     """
     if plan is not None:
         return Wearing(WornHeadset(plan, scene, clock=clock, hub=hub))
+    if scene.physical is None and scene.collision is None:
+        raise ValueError(
+            f"--simulated --hololens: {scene_name} has no surface that a headset could see: "
+            "prepare it of photos or a video with more overlap, or take "
+            f"{', '.join(SAMPLE_NAMES)}"
+        )
     simulated = stack.enter_context(SimulatedHeadset(scene_name, seed=seed, clock=clock, say=say))
     worn = WornHeadset(simulated.plan(name=name), scene, clock=clock, hub=hub)
     middle = np.append(np.mean(np.asarray(scene.footprint_m), axis=0), HEIGHT_M)

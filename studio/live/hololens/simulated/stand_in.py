@@ -22,7 +22,6 @@ import numpy as np
 from devices.clock import WallClock
 from devices.hololens.wire.packets import TICK_NS
 from scenes.package.records import pose_to_json
-from scenes.samples import sample_room
 from scenes.workers.task import Task
 from sim.hololens.faults import read_hololens_faults
 from sim.hololens.holograms import Hologram
@@ -30,6 +29,7 @@ from sim.hololens.simulator import Simulator, SimulatorPlan
 from sim.hololens.wearer import Stroller
 from studio.live.hololens.simulated.attacking import attack_session
 from studio.live.hololens.simulated.pointing import Pointer, leg_of
+from studio.session.staging import staging_of
 
 EVERY_S = 0.25
 """Seconds between two lines of truth."""
@@ -54,7 +54,11 @@ def main(words: Sequence[str]) -> int:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--fault", action="append", default=[])
     args = parser.parse_args(words)
-    room = sample_room(args.scene)
+    try:
+        room = staging_of(args.scene, None).room
+    except (ValueError, OSError) as error:
+        print(error, file=sys.stderr)
+        return 1
     targets = [tuple(code.world_from_code.translation.tolist()) for code in room.codes]
     targets += [tuple((o.world_from_object @ np.array([0, 0, 0.5])).tolist()) for o in room.objects]
     x, y = room.footprint_m.mean(axis=0).tolist()
