@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from devices.hub.entities.drawn import GLTF_FROM_WORLD
 from devices.hub.wire import VERSION
-from scenes.frames import WORLD_FROM_GLTF
 from scenes.mesh import CollisionMesh
 
 Cell = tuple[int, int, int]
@@ -40,8 +40,10 @@ MAX_ROOM_M = 100.0
 """Farthest corner from the room's origin, as on the wire of bodies."""
 
 _HEADER = struct.Struct("<BBH")
+"""Version, kind, number of cells."""
+
 _CELL = struct.Struct("<3hHH3f")
-_GLTF_FROM_WORLD = WORLD_FROM_GLTF.inverse()
+"""Cell, numbers of corners and triangles, first corner."""
 
 
 class MeshError(ValueError):
@@ -125,8 +127,9 @@ def pack_cell(cell: Cell, mesh: CollisionMesh) -> bytes:
     """
     if not len(mesh.faces):
         return _gone(cell)
-    used, index = np.unique(mesh.faces, return_inverse=True)
-    corners = _GLTF_FROM_WORLD @ mesh.vertices[used].astype(np.float64)
+    used = np.unique(mesh.faces)
+    index = np.searchsorted(used, mesh.faces)
+    corners = GLTF_FROM_WORLD @ mesh.vertices[used].astype(np.float64)
     first = corners[0].astype(np.float32).astype(np.float64)
     steps = np.round((corners - first) / STEP_M)
     if len(mesh.faces) > MAX_CELL_TRIANGLES or np.abs(steps).max() > np.iinfo(np.int16).max:

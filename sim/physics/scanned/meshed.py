@@ -128,7 +128,7 @@ def hidden_mesh(known: Meshed, surface: Surface) -> CollisionMesh:
 
 
 def hidden_cells(
-    known: Meshed, surface: Surface, cells: Iterable[Cell]
+    known: Meshed, surface: Surface, *, cells: Iterable[Cell]
 ) -> dict[Cell, CollisionMesh]:
     """Return what the headset alone sees in each of some cells, world metres."""
     found: dict[Cell, CollisionMesh] = {}

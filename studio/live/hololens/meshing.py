@@ -179,7 +179,7 @@ class Meshing:
             twin.apply(change_of(twin.surface, cells))
             twin.step(2_000_000)
             self._hidden = hidden_mesh(self._meshed, twin.surface)
-            self._changed(hidden_cells(self._meshed, twin.surface, cells))
+            self._changed(hidden_cells(self._meshed, twin.surface, cells=cells))
             self._settled_ns = self._clock.now_ns() + SETTLE_NS
             self._count(before, twin.object_poses())
         if self._is_caught_up:

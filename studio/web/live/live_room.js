@@ -20,6 +20,7 @@ export class LiveRoom extends Stage {
     this.manifest = manifest;
     this.files = files;
     this.objects = new Map();
+    this.cameraPlace = null; // of the 360° camera's middle, Y up
     this.pacer = new Pacer();
     this.raycaster = new THREE.Raycaster();
     // Whatever comes from the studio has a headset's axes, whose up is the files' up.
@@ -77,12 +78,14 @@ export class LiveRoom extends Stage {
   /** Takes a state of the studio that came at a time. */
   take(message, now) {
     const sent = message.t_us / 1000;
+    this.cameraPlace = message.camera ?? this.cameraPlace;
     this.pacer.note(sent, now);
     this.#takeObjects(message.objects, sent);
   }
 
   /** Takes everything there is, after a connection was made. */
-  takeWhole({ objects, t_us }) {
+  takeWhole({ objects, t_us, camera = null }) {
+    this.cameraPlace = camera;
     // When it was so is older than when it was sent: nothing is learnt of the clocks.
     for (const body of this.objects.values()) body.line.clear();
     this.hidden.clear();

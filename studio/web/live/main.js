@@ -10,7 +10,6 @@ import { Sharpness } from "shared/sharpness.js";
 import { Asked } from "live/asked.js";
 import { Board } from "live/board.js";
 import { Headset } from "live/headset.js";
-import { Passthrough } from "live/ar/passthrough.js";
 import { LiveRoom } from "live/live_room.js";
 import { Attention } from "live/things/attention.js";
 import { Media } from "live/media/media.js";
@@ -37,6 +36,8 @@ const LABEL_OVER_M = 0.25;
 const OWN_RAY_M = 0.002; // one's own ray begins before one's eyes
 const FLAGS = { lost: ["✕ lost", "var(--bad)"], occluded: ["◐ hidden", "var(--warn)"] };
 const UNSURE = ["◐ unsure", "var(--warn)"];
+const WAYS = { vr: "Stand in the room with this headset",
+  ar: "See people and what they show over the real room, with this headset in it" };
 const byId = (id) => document.getElementById(id);
 
 /** Opens the room after a welcome; `notice(words)` tells the user something. */
@@ -94,6 +95,7 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
       media.welcome(message);
       asked.begin(message.role);
       showObjects();
+      showWays();
     },
     rights(message) {
       const { rights } = message;
@@ -113,6 +115,7 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
     },
     state(message) {
       room.take(message, performance.now());
+      if (message.camera) showWays();
       link.seen(message.version);
       showObjects();
     },
@@ -187,7 +190,16 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
     resize();
   }
 
-  const obstacleTo = (id) => (id === "ar" ? Passthrough.obstacle(manifest.codes ?? []) : Headset.obstacle());
+  const obstacleTo = (id) => (id === "ar" ? headset.passthrough.obstacle() : Headset.obstacle());
+
+  function showWays() {
+    for (const [id, words] of Object.entries(WAYS)) {
+      obstacleTo(id).then((obstacle) => {
+        byId(id).setAttribute("aria-disabled", String(obstacle !== null));
+        byId(id).title = obstacle ?? words;
+      });
+    }
+  }
 
   async function toggleHeadset(id) {
     const obstacle = await obstacleTo(id);
@@ -245,14 +257,8 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
     byId("view-corner").addEventListener("click", () => control.go("corner"));
     byId("view-above").addEventListener("click", KEYS.Digit2);
     byId("side").addEventListener("click", toggleList);
-    for (const [id, words] of [["vr", "Stand in the room with this headset"],
-      ["ar", "See people and what they show over the real room, with this headset in it"]]) {
-      byId(id).addEventListener("click", () => toggleHeadset(id));
-      obstacleTo(id).then((obstacle) => {
-        byId(id).setAttribute("aria-disabled", String(obstacle !== null));
-        byId(id).title = obstacle ?? words;
-      });
-    }
+    for (const id of ["vr", "ar"]) byId(id).addEventListener("click", () => toggleHeadset(id));
+    showWays();
     for (const group of document.querySelectorAll("[role=radiogroup]")) stepByArrows(group);
     for (const button of byId("pad").children) holdAsKey(button, control, changed);
     canvas.addEventListener("webglcontextlost", () =>

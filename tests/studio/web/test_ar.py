@@ -3,6 +3,7 @@
 import json
 import re
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -277,6 +278,24 @@ def test_no_splats_are_drawn_but_outlines_people_and_proposals(joined, hub, invi
     assert page.evaluate("live.room.spark.visible") is True
     points = page.evaluate("[...live.proposals.copies.values()][0].edge.group.children[1].count")
     assert points == 5
+    assert page.messages == []
+
+
+def test_the_camera_is_a_place_as_well_and_a_room_needs_two(joined, hub):
+    page = joined
+    page.evaluate("live.room.manifest.codes = live.room.manifest.codes.slice(0, 1)")
+    page.evaluate("document.getElementById('ar').click()")
+    page.wait_for("!document.getElementById('notice').hidden")
+    assert page.evaluate("document.getElementById('notice').textContent").endswith(
+        "here 1 are known: hang up codes and prepare the room with them."
+    )
+    hub.publish(replace(SceneState(), world_from_rig=Pose.from_yaw(0.3, (-1.2, -0.4, 1.3))))
+    page.wait_for("live.room.cameraPlace !== null")
+    enter(page)
+    mark(page, CODES[0])
+    assert "2 of 2: touch the 360° camera, between its lenses" in words(page)
+    mark(page, (-1.2, 1.3, 0.4))
+    assert laying(page)[0] == pytest.approx(YAW, abs=0.01)
     assert page.messages == []
 
 

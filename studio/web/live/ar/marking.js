@@ -1,4 +1,4 @@
-// Somebody in passthrough marks codes of the room: with the dot before a controller and the trigger, or
+// Somebody in passthrough marks known places of the room: with the dot before a controller and the trigger, or
 // with a pinch. Places are in the headset's space; words float before the wearer.
 import * as THREE from "three";
 import { aligned, centimetres, flawOf } from "live/ar/alignment.js";
@@ -11,12 +11,13 @@ const FOLLOW_S = 0.4; // in which the words come before one's eyes
 const [WIDTH_PX, LINE_PX, TALL_M] = [900, 46, 0.045]; // of the words; a line is so tall
 const MAX_MARKS = 3;
 const SHOWN_MS = 6000; // of the last words
-export const MIN_CODES = 2;
+export const MIN_PLACES = 2;
 
 export class Marking {
-  /** `rig`: the group of the headset's space; `codes` [{ name, place }]; `footprint` of the room. */
-  constructor(rig, codes, footprint) {
-    Object.assign(this, { codes, footprint });
+  /** `rig`: the group of the headset's space; `footprint` of the room. */
+  constructor(rig, footprint) {
+    this.footprint = footprint;
+    this.places = [];
     this.group = new THREE.Group();
     this.group.visible = false;
     this.words = new Words();
@@ -26,13 +27,16 @@ export class Marking {
     this.dots = Array.from({ length: MAX_MARKS }, () => dot(MARK_COLOUR));
     this.group.add(this.words.sprite, ...this.tips, ...this.dots);
     rig.add(this.group);
-    this.begin();
+    this.marks = [];
+    this.isDone = true;
+    this.doneAt = -Infinity;
   }
 
-  /** Begins anew; `why`: words that are shown before what is to be done. */
-  begin(why = "") {
+  /** Begins anew; `places` [{ what, place }]; `why`: words that are shown before what is to be done. */
+  begin(places, why = "") {
+    this.places = places;
     this.marks = [];
-    this.at = 0; // of the codes, the one that is to be marked
+    this.at = 0; // of the places, the one that is to be marked
     this.skipped = 0;
     this.isDone = false;
     this.why = why;
@@ -68,7 +72,7 @@ export class Marking {
   }
 
   #mark(seen, head) {
-    this.marks.push({ seen: [...seen], known: this.codes[this.at].place });
+    this.marks.push({ seen: [...seen], known: this.places[this.at].place });
     this.why = "";
     return this.#next(head);
   }
@@ -80,33 +84,32 @@ export class Marking {
 
   #next(head) {
     this.at += 1;
-    if (this.marks.length === MAX_MARKS || this.at === this.codes.length) return this.#finish(head);
+    if (this.marks.length === MAX_MARKS || this.at === this.places.length) return this.#finish(head);
     this.#show();
     return null;
   }
 
   #finish(head) {
-    if (this.marks.length < MIN_CODES) {
-      this.begin(`${this.marks.length} marked, wanted ${MIN_CODES} or more.`);
+    if (this.marks.length < MIN_PLACES) {
+      this.begin(this.places, `${this.marks.length} marked, wanted ${MIN_PLACES} or more.`);
       return null;
     }
     const found = aligned(this.marks);
     const flaw = flawOf(found, head, this.footprint);
     if (flaw !== null) {
-      this.begin(flaw);
+      this.begin(this.places, flaw);
       return null;
     }
-    const places = this.marks.length;
-    this.tell(`The room is laid: ${places} marks, ${centimetres(found.residual_m)} off. `
+    const count = this.marks.length;
+    this.tell(`The room is laid: ${count} marks, ${centimetres(found.residual_m)} off. `
       + "⌖ at your left hand lays it anew.");
     return { ...found, at: this.marks[0].seen };
   }
 
   #show() {
-    const { name } = this.codes[this.at] ?? { name: "" };
-    this.words.write(`${this.why} ${this.at + 1} of ${Math.min(this.codes.length, MAX_MARKS + this.skipped)}: `
-      + `touch the middle of the code “${name}”, then trigger or pinch. Grip, or thumb and middle `
-      + "finger: leave it out.");
+    const count = Math.min(this.places.length, MAX_MARKS + this.skipped);
+    this.words.write(`${this.why} ${this.at + 1} of ${count}: touch ${this.places[this.at].what}, then trigger `
+      + "or pinch. Grip, or thumb and middle finger: leave it out.");
   }
 }
 

@@ -3,7 +3,7 @@
 import * as THREE from "three";
 import { Line } from "shared/shapes.js";
 import { Kept } from "live/ar/kept.js";
-import { Marking, MIN_CODES } from "live/ar/marking.js";
+import { Marking, MIN_PLACES } from "live/ar/marking.js";
 import { boxPath } from "live/things/poses.js";
 
 const FEATURES = { requiredFeatures: ["local-floor"], optionalFeatures: ["hand-tracking", "anchors"] };
@@ -15,8 +15,7 @@ export class Passthrough {
   /** `rig`: the group of the headset's space in the room's axes; `shown` has proposals and surfaces. */
   constructor(room, rig, shown) {
     Object.assign(this, { room, rig, shown });
-    this.codes = room.manifest.codes ?? [];
-    this.marking = new Marking(rig, this.codes, room.manifest.footprint);
+    this.marking = new Marking(rig, room.manifest.footprint);
     this.kept = new Kept(room.manifest.made_of);
     this.laying = null; // { yaw, place } of the headset's space in the room
     this.outlines = new Map();
@@ -24,13 +23,23 @@ export class Passthrough {
   }
 
   /** Words that say why the room cannot be laid on the real one here; null if it can. */
-  static async obstacle(codes) {
+  async obstacle() {
     if (!window.isSecureContext) return "AR needs a secure address (https). The self-test says what to do.";
     const works = await navigator.xr?.isSessionSupported("immersive-ar").catch(() => false);
     if (!works) return "This device has no AR (WebXR). In a Quest 3, open this page in its own browser.";
-    if (codes.length >= MIN_CODES) return null;
-    return `The room has ${codes.length} printed codes, AR is laid on ${MIN_CODES}: `
+    const { length } = this.#places();
+    if (length >= MIN_PLACES) return null;
+    return `AR is laid on ${MIN_PLACES} known places, printed codes or the camera; here ${length} are known: `
       + "hang up codes and prepare the room with them.";
+  }
+
+  /** What can be marked: printed codes, and the 360° camera where it is known. */
+  #places() {
+    const codes = (this.room.manifest.codes ?? []).map(({ name, place }) =>
+      ({ what: `the middle of the code “${name}”`, place }));
+    const { cameraPlace } = this.room;
+    if (cameraPlace === null) return codes;
+    return [...codes, { what: "the 360° camera, between its lenses", place: cameraPlace }];
   }
 
   /** The session that is to be entered. */
@@ -48,7 +57,7 @@ export class Passthrough {
     shown.surfaces.group.visible = false;
     shown.proposals.outline(true);
     this.#putAway();
-    this.marking.begin();
+    this.marking.begin(this.#places());
     this.isReset = false;
     const space = room.renderer.xr.getReferenceSpace();
     space?.addEventListener?.("reset", () => { this.isReset = true; });
@@ -80,7 +89,7 @@ export class Passthrough {
   redo() {
     this.kept.drop();
     this.#putAway();
-    this.marking.begin();
+    this.marking.begin(this.#places());
   }
 
   /** Whether the room is laid. */
@@ -109,7 +118,7 @@ export class Passthrough {
     if (anchored !== null) this.laying = anchored;
     else if (this.isReset && this.laying !== null && this.kept.anchor === null) {
       this.#putAway();
-      this.marking.begin("The headset has moved its space.");
+      this.marking.begin(this.#places(), "The headset has moved its space.");
     }
     this.isReset = false;
     if (this.laying !== null) {
