@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from devices.hub.entities.drawn import GLTF_FROM_WORLD
 from devices.hub.wire import VERSION
@@ -128,14 +129,15 @@ def pack_cell(cell: Cell, mesh: CollisionMesh) -> bytes:
     if not len(mesh.faces):
         return _gone(cell)
     used = np.unique(mesh.faces)
-    index = np.searchsorted(used, mesh.faces)
+    index: NDArray[np.int64] = np.searchsorted(used, mesh.faces)
     corners = GLTF_FROM_WORLD @ mesh.vertices[used].astype(np.float64)
     first = corners[0].astype(np.float32).astype(np.float64)
-    steps = np.round((corners - first) / STEP_M)
-    if len(mesh.faces) > MAX_CELL_TRIANGLES or np.abs(steps).max() > np.iinfo(np.int16).max:
+    steps = np.asarray(np.rint((corners - first) / STEP_M), dtype=np.float64)
+    longest = float(np.abs(steps).max())
+    if len(mesh.faces) > MAX_CELL_TRIANGLES or longest > np.iinfo(np.int16).max:
         raise MeshError(
             f"mesh, cell {cell}: {len(mesh.faces)} triangles (limit {MAX_CELL_TRIANGLES}) over "
-            f"{np.abs(steps).max() * STEP_M:.1f} m (limit 3.2 m): mesh more coarsely"
+            f"{longest * STEP_M:.1f} m (limit 3.2 m): mesh more coarsely"
         )
     if np.abs(corners).max() > MAX_ROOM_M or np.abs(cell).max() > np.iinfo(np.int16).max:
         raise MeshError(f"mesh, cell {cell}: farther than {MAX_ROOM_M:g} m from the room's origin")
