@@ -17,7 +17,7 @@ import numpy as np
 
 from benchmarks.sites.orders import Orders, age_s, read_orders, say
 from benchmarks.wire.crowd import STAMPS, STAMPS_AT
-from benchmarks.wire.fuzz_people import valid_bodies
+from sim.wire.people_messages import valid_bodies
 
 WARM_S = 1.5
 """Seconds in which nothing is counted: everybody comes in."""

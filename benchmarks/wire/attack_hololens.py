@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import socket
 import sys
-import threading
 import time
 from collections.abc import Sequence
 from contextlib import suppress
@@ -21,7 +20,6 @@ from benchmarks.wire.fuzz_hololens import (
     surface_lists,
     video_packets,
 )
-from benchmarks.wire.hostile import hostile_stream
 from devices.clock import WallClock
 from devices.hololens.headset import Headset
 from devices.hololens.plan import HeadsetPlan, Ports
@@ -30,6 +28,8 @@ from devices.hololens.wire.remote_configuration import Request, Setting, encode_
 from scenes.samples import sample_room
 from scenes.workers.task import Task
 from sim.hololens.simulator import Simulator, SimulatorPlan
+from sim.wire.hostile import hostile_stream
+from studio.live.hololens.simulated.attacking import Defects
 
 PATIENCE_S = 0.01
 """How long a hostile client reads before it leaves: the headset sends on by itself."""
@@ -62,25 +62,6 @@ class HeadsetAttackCounts:
     growth_mb: float
 
 
-class _Defects:
-    """Errors of threads while it is entered: their kinds and texts."""
-
-    def __init__(self) -> None:
-        self.texts: list[str] = []
-        self._before = threading.excepthook
-
-    def __enter__(self) -> _Defects:
-        threading.excepthook = self._note
-        return self
-
-    def __exit__(self, *_error: object) -> None:
-        threading.excepthook = self._before
-
-    def _note(self, args: threading.ExceptHookArgs, /) -> None:
-        self.texts.append(f"{args.thread}: {args.exc_type.__name__}: {args.exc_value}")
-        self._before(args)
-
-
 def attack_simulator(streams: int, first_seed: int = 0) -> HeadsetAttackCounts:
     """Return how a simulated headset stands that many hostile streams a port, over loopback."""
     simulator = Simulator(SimulatorPlan(sample_room("desk")), WallClock())
@@ -94,7 +75,7 @@ def attack_simulator(streams: int, first_seed: int = 0) -> HeadsetAttackCounts:
         (ports.display, orders()),
     )
     crashes, first = 0, 0
-    with _Defects() as defects:
+    with Defects() as defects:
         try:
             for at in range(0, streams, BATCH):
                 count = min(BATCH, streams - at)
@@ -106,9 +87,7 @@ def attack_simulator(streams: int, first_seed: int = 0) -> HeadsetAttackCounts:
         finally:
             simulator.close()
     grown = (resident_bytes() - first) / 1e6
-    for text in defects.texts:
-        print(text, file=sys.stderr)
-    return HeadsetAttackCounts(streams * len(clients), crashes + len(defects.texts), grown)
+    return HeadsetAttackCounts(streams * len(clients), crashes + defects.count, grown)
 
 
 def _misbehave(port: int, seed: int, *, valid: Sequence[bytes]) -> None:
@@ -149,7 +128,7 @@ def attack_client(streams: int, first_seed: int = 0) -> HeadsetAttackCounts:
     }
     ports = Ports(**{name: peer.address[1] for name, peer in peers.items()})
     first = 0
-    with _Defects() as defects:
+    with Defects() as defects:
         headset = Headset(HeadsetPlan("127.0.0.1", ports, retry_s=RETRY_S), WallClock())
         stop_drawing = Task("draw", lambda task: _draw(headset, task)).start()
         until_s = time.monotonic() + MAX_WAIT_S
@@ -172,10 +151,8 @@ def attack_client(streams: int, first_seed: int = 0) -> HeadsetAttackCounts:
             headset.close()
             for peer in peers.values():
                 peer.close()
-    for text in defects.texts:
-        print(text, file=sys.stderr)
     grown = (resident_bytes() - (first or resident_bytes())) / 1e6
-    return HeadsetAttackCounts(streams * len(peers), crashes + len(defects.texts), grown)
+    return HeadsetAttackCounts(streams * len(peers), crashes + defects.count, grown)
 
 
 def _draw(headset: Headset, task: Task[None]) -> None:

@@ -6,7 +6,6 @@ the session.
 
 from __future__ import annotations
 
-import base64
 import http.client
 import json
 import resource
@@ -18,12 +17,12 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from benchmarks.wire.fuzz_people import valid_bodies, valid_texts
-from benchmarks.wire.hostile import hostile_stream
 from devices.clock import WallClock
 from devices.hub.contract import Asset, HubSettings
 from devices.hub.server import Hub
 from sim.wire.accepting import AcceptingPort
+from sim.wire.hostile import hostile_stream
+from sim.wire.people_messages import frame, greeting_of, upgrade, valid_bodies, valid_texts
 
 BATCH = 50
 """Hostile streams between two looks at the hub and its friendly client."""
@@ -33,9 +32,6 @@ WITNESS_S = 5.0
 
 REQUESTS = 3
 """Valid inputs that are HTTP; frames follow."""
-
-MASK = b"\x11\x22\x33\x44"
-"""Mask of a client's frames; any does."""
 
 PATIENCE_S = 1.0
 """How long the hostile side waits for the other one before it leaves."""
@@ -73,8 +69,8 @@ def attack_hub(streams: int, first_seed: int = 0) -> AttackCounts:
     hub.start()
     try:
         address = _address(hub)
-        valid, greeting = _valid(address), _greeting(address, _pair(hub, address))
-        witness = _Witness(address, _greeting(address, _pair(hub, address)))
+        valid, greeting = _valid(address), greeting_of(address, _pair(hub, address))
+        witness = _Witness(address, greeting_of(address, _pair(hub, address)))
         crashes, first = 0, 0
         for at in range(0, streams, BATCH):
             count = min(BATCH, streams - at)
@@ -155,21 +151,6 @@ class _Witness:
             end = end[-100:] + came
 
 
-def frame(data: bytes, *, opcode: int) -> bytes:
-    """Return a WebSocket frame as a client sends it.
-
-    Args:
-        data: its content.
-        opcode: 1 text, 2 binary, 8 end, 9 ping.
-    """
-    if len(data) < 126:
-        head = bytes([0x80 | opcode, 0x80 | len(data)])
-    else:
-        head = bytes([0x80 | opcode, 0x80 | 126]) + struct.pack(">H", len(data))
-    whole = MASK * (len(data) // 4 + 1)
-    return head + MASK + bytes(a ^ b for a, b in zip(data, whole, strict=False))
-
-
 def _valid(address: tuple[str, int]) -> tuple[bytes, ...]:
     """Return requests, then frames, of a friendly client."""
     host = f"{address[0]}:{address[1]}".encode()
@@ -178,28 +159,13 @@ def _valid(address: tuple[str, int]) -> tuple[bytes, ...]:
         b"GET / HTTP/1.1\r\nHost: " + host + b"\r\n\r\n",
         b"POST /pair HTTP/1.1\r\nHost: %b\r\nContent-Length: %d\r\n\r\n%b"
         % (host, len(body), body),
-        _upgrade(address),
+        upgrade(address),
         *(frame(text, opcode=1) for text in valid_texts()),
         *(frame(data, opcode=2) for data in valid_bodies()),
         frame(b"12345678", opcode=9),
         frame(b"12345678", opcode=10),
         frame(struct.pack(">H", 1000), opcode=8),
     )
-
-
-def _upgrade(address: tuple[str, int]) -> bytes:
-    key = base64.b64encode(bytes(range(16)))
-    return (
-        b"GET /people HTTP/1.1\r\nHost: %b:%d\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
-        b"Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: %b\r\n\r\n"
-        % (address[0].encode(), address[1], key)
-    )
-
-
-def _greeting(address: tuple[str, int], token: str) -> bytes:
-    """Return an upgrade and a hello with a token that is good."""
-    hello = json.dumps({"kind": "hello", "token": token, "name": "Eve"}).encode()
-    return _upgrade(address) + frame(hello, opcode=1)
 
 
 def _address(hub: Hub) -> tuple[str, int]:

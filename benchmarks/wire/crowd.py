@@ -18,8 +18,8 @@ from typing import Any
 import aiohttp
 import numpy as np
 
-from benchmarks.wire.fuzz_people import valid_bodies
 from devices.hub.wire import BUNDLE_KIND, unpack_bodies
+from sim.wire.people_messages import valid_bodies
 
 STAMPS = struct.Struct("<IQ")
 """Sequence number and time of a body, after its flags."""

@@ -20,7 +20,6 @@ from benchmarks.wire.fuzz_hololens import hololens_targets
 from benchmarks.wire.fuzz_people import people_targets
 from benchmarks.wire.fuzz_sites import site_targets
 from benchmarks.wire.fuzz_streams import stream_targets
-from benchmarks.wire.hostile import hostile_bytes
 from devices.clock import ManualClock
 from devices.insta360.access_units import UnitAssembler
 from devices.insta360.commands import (
@@ -83,6 +82,7 @@ from devices.insta360.trailer import (
     trailer_bytes,
 )
 from devices.insta360.trailer import GYRO as GYRO_RECORD
+from sim.wire.hostile import hostile_bytes
 from sim.wire.osc_camera import OscCamera
 from sim.wire.rtsp.requests import Request, RequestReader, RtspError, interleaved
 from sim.wire.rtsp.transport import read_transport

@@ -5,9 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping
 from random import Random
-from typing import Any
-
-import numpy as np
 
 from devices.hub.entities.board import Board
 from devices.hub.entry.tokens import Ticket, TokenRefused, Tokens
@@ -16,72 +13,11 @@ from devices.hub.media.offer import OfferError, clean_offer, read_offer
 from devices.hub.media.voice_wire import Voice, decode_voice, encode_voice
 from devices.hub.messages import Do, OpError, clean_name, read_message
 from devices.hub.roles import Role
-from devices.hub.wire import (
-    JOINTS,
-    Body,
-    Controller,
-    Hand,
-    WireError,
-    check_body,
-    decode_body,
-    encode_body,
-    pack_bodies,
-    unpack_bodies,
-)
-from scenes.pose import Pose
+from devices.hub.wire import WireError, check_body, decode_body, pack_bodies, unpack_bodies
+from sim.wire.people_messages import valid_bodies, valid_texts
 
 PeopleTarget = tuple[tuple[bytes, ...], Callable[[bytes], object], tuple[type[Exception], ...]]
 """Valid inputs, what reads one, and what it raises for what it cannot read."""
-
-LINE: dict[str, Any] = {
-    "kind": "do",
-    "id": 4,
-    "op": "line",
-    "line": "a",
-    "points": [[0, 1, 2.5], [3, 4, 5]],
-    "colour": [1, 0.5, 0],
-}
-"""A line as clients draw one."""
-
-TEXTS: tuple[dict[str, Any], ...] = (
-    LINE,
-    {**LINE, "points": []},
-    {"kind": "do", "id": "s", "op": "surface", "surface": "tv", "corners": [[0, 1, 0]] * 4},
-    {
-        "kind": "do",
-        "id": 5,
-        "op": "surface",
-        "surface": "tv",
-        "corners": [[0, 1, 0], [1, 1, 0], [1, 0, 0], [0, 0, 0]],
-        "seen": [[0, 2, 0], [1, 2, 0], [1, 1, 0], [0, 1, 0]],
-        "drag": 3,
-    },
-    {
-        "kind": "do",
-        "id": 6,
-        "op": "primitive",
-        "primitive": "b",
-        "shape": "arrow",
-        "size": [0.5, 0.1, 0.1],
-        "colour": [1, 0, 0],
-        "pose": [0, 0, 0, 0, 0, 0, 1],
-    },
-    {
-        "kind": "do",
-        "id": 7,
-        "op": "propose",
-        "proposal": "c",
-        "object": "chair-1",
-        "pose": [1, 0, 2, 0, 1, 0, 0],
-    },
-    {"kind": "do", "id": 1, "op": "undo"},
-    {"kind": "seen", "version": 3},
-    {"kind": "ping", "t_us": 12.5},
-    {"kind": "hello", "token": "t", "name": "Anna", "log_seq": 3},
-    {"kind": "media", "voice": "socket", "microphone": True, "videos": ["p1/tv"]},
-    {"kind": "offer", "sdp": "v=0"},
-)
-"""Everything that clients say in text."""
 
 OFFER = "\r\n".join(
     (
@@ -125,21 +61,6 @@ def people_targets() -> Mapping[str, PeopleTarget]:
             (TokenRefused,),
         ),
     }
-
-
-def valid_bodies() -> tuple[bytes, ...]:
-    """Return a body with everything, and one of a head alone."""
-    pose = Pose.from_yaw(0.3, (1, 2, 3))
-    hand = Hand(np.full((JOINTS, 3), 1.0), np.full(JOINTS, 0.01))
-    controller = Controller(pose, pose, 3, (0.5, -1.0, 0.0, 1.0))
-    ray = np.array([[0.0, 1.0, 0.0], [0.0, 1.0, -2.0]])
-    whole = Body(7, 8, pose, (controller, controller), (hand, hand), ray)
-    return encode_body(whole), encode_body(Body(9, 10, pose))
-
-
-def valid_texts() -> tuple[bytes, ...]:
-    """Return each kind of text once."""
-    return tuple(json.dumps(fields).encode() for fields in TEXTS)
 
 
 def _read_body(data: bytes) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from benchmarks.wire.fuzz_people import PeopleTarget, valid_bodies
+from benchmarks.wire.fuzz_people import PeopleTarget
 from devices.hub.roles import Person, Role
 from devices.sites.channels import SiteBytesError
 from devices.sites.drawn import pack_item, read_item
@@ -29,6 +29,7 @@ from devices.transport.wire import (
 )
 from scenes.pose import Pose
 from scenes.state import Annotation, LiveSurface, TrackedObject, TrackState
+from sim.wire.people_messages import valid_bodies
 
 LIMIT = 8
 """People that a list or bodies may hold here."""

@@ -9,12 +9,15 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from devices.hub.entities.board import Board
 from devices.hub.entities.drawn import DECIMALS, GLTF_FROM_WORLD
 from devices.hub.entities.pen import Pen
 from devices.hub.roles import SPEAK, Person, may_speak
 from devices.hub.wire import pack_item
 from scenes.frames import WORLD_FROM_GLTF
+from scenes.pose import Pose
 from scenes.state import SceneState, TrackedObject
 
 MAX_LOG_ENTRIES = 2000
@@ -32,12 +35,21 @@ def to_text(fields: Mapping[str, Any]) -> str:
     return json.dumps(fields, separators=(",", ":"), allow_nan=False)
 
 
+CAMERA_M = 0.02
+"""Way of the 360° camera that is said; its pose is refined by less all the time."""
+
+
 @dataclass(slots=True)
 class StateChannel:
-    """Objects of the newest state, each with the version in which it changed last."""
+    """Objects of the newest state, each with the version in which it changed last.
+
+    The 360° camera's middle is among them as `camera`, by which somebody may lay the room on the
+    real one.
+    """
 
     version: int = 0
     t_us: int = 0
+    _camera: tuple[int, list[float]] | None = None
     _texts: dict[str, str] = field(default_factory=dict[str, str])
     _changed: dict[str, int] = field(default_factory=dict[str, int])
     _objects: Mapping[str, TrackedObject] = field(default_factory=dict[str, TrackedObject])
@@ -45,7 +57,8 @@ class StateChannel:
 
     def take(self, state: SceneState) -> bool:
         """Take the next state; return whether any object differs."""
-        if state.objects is self._objects:
+        moved = self._moved_camera(state.world_from_rig)
+        if state.objects is self._objects and moved is None:
             return False
         changed: dict[str, str] = {}
         for name, tracked in state.objects.items():
@@ -55,9 +68,11 @@ class StateChannel:
                     changed[name] = text
         changed |= {n: "null" for n in self._objects if n not in state.objects}
         self._objects = state.objects
-        if not changed:
+        if not changed and moved is None:
             return False
         self.version += 1
+        if moved is not None:
+            self._camera = self.version, moved
         self.t_us = state.t_ns // 1000
         self._texts |= changed
         self._changed |= dict.fromkeys(changed, self.version)
@@ -70,7 +85,7 @@ class StateChannel:
             changed = {n: self._texts[n] for n, v in self._changed.items() if v > version}
             text = (
                 f'{{"kind":"state","version":{self.version},"t_us":{self.t_us},'
-                f'"objects":{_joined(changed)}}}'
+                f'{self.camera_since(version)}"objects":{_joined(changed)}}}'
             )
             self._made = (version, self.version, text)
         return self._made[2]
@@ -78,6 +93,21 @@ class StateChannel:
     def whole(self) -> str:
         """Return all objects that are there, as JSON."""
         return _joined({n: text for n, text in self._texts.items() if text != "null"})
+
+    def camera_since(self, version: int) -> str:
+        """Return the camera's field, with a comma, where it has moved after a version."""
+        if self._camera is None or self._camera[0] <= version:
+            return ""
+        return f'"camera":{to_list(list[Any](self._camera[1]))},'
+
+    def _moved_camera(self, world_from_rig: Pose | None) -> list[float] | None:
+        """Return where the camera is, y up, if that is worth saying."""
+        if world_from_rig is None or not np.isfinite(world_from_rig.translation).all():
+            return None
+        place = (GLTF_FROM_WORLD @ world_from_rig.translation).tolist()
+        if self._camera is not None and math.dist(place, self._camera[1]) < CAMERA_M:
+            return None
+        return [round(number, DECIMALS) for number in place]
 
     def _forget_gone(self) -> None:
         gone = [n for n, text in self._texts.items() if text == "null"]
@@ -224,7 +254,8 @@ def people_of(people: Iterable[Person], pen: Pen) -> list[dict[str, Any]]:
 def whole_text(fields: dict[str, Any], *, states: StateChannel, board: Board) -> str:
     """Return a message of fields and the whole state of the room."""
     state = (
-        f'{{"version":{states.version},"t_us":{states.t_us},"objects":{states.whole()},'
+        f'{{"version":{states.version},"t_us":{states.t_us},{states.camera_since(0)}'
+        f'"objects":{states.whole()},'
         f"{to_text(board.whole())[1:]}"
     )
     return f'{to_text(fields)[:-1]},"state":{state}}}'

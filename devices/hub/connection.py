@@ -191,6 +191,7 @@ class Connection:
                             session.bodies,
                             now_ns=clock.now_ns(),
                             pictures=session.pictures,
+                            mesh=session.mesh,
                         )
                     if message is None:
                         break

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from devices.hub.channels import BodyChannel, PictureChannel, StateChannel, to_text
 from devices.hub.media.voice_room import new_voices, take_voices
 from devices.hub.media.voice_wire import Voice
+from devices.hub.mesh import MeshChannel
 from devices.hub.wire import join_items
 
 MAX_TEXTS = 1000
@@ -66,6 +67,7 @@ class Outbox:
     _unseen: deque[int] = field(default_factory=deque[int])
     _sent_bodies: int = 0
     _sent_pictures: int = 0
+    _sent_cells: int = 0
     _body_numbers: dict[int, int] = field(default_factory=dict[int, int])
 
     def begin(self, texts: Sequence[str], *, version: int, token_number: int) -> None:
@@ -119,6 +121,7 @@ class Outbox:
         *,
         now_ns: int,
         pictures: PictureChannel | None = None,
+        mesh: MeshChannel | None = None,
     ) -> str | bytes | None:
         """Return the next message; None where nothing is due.
 
@@ -127,8 +130,11 @@ class Outbox:
             bodies: newest bodies.
             now_ns: session time.
             pictures: newest pictures of live surfaces, which wait for all else.
+            mesh: surfaces that hide things, which wait for all but pictures.
         """
         message = self._next(states, bodies, now_ns=now_ns)
+        if message is None and mesh is not None and not self.is_ending:
+            message = self._cells(mesh)
         if message is None and pictures is not None and not self.is_ending:
             message = self._picture(pictures)
         if message is not None:
@@ -165,6 +171,13 @@ class Outbox:
             self._unseen.append(states.version)
             return message
         return None
+
+    def _cells(self, mesh: MeshChannel) -> bytes | None:
+        found = mesh.next_after(self._sent_cells)
+        if found is None:
+            return None
+        self._sent_cells, message = found
+        return message
 
     def _picture(self, pictures: PictureChannel) -> bytes | None:
         found = pictures.next_after(self._sent_pictures, but=self.video_ids)

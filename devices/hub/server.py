@@ -22,11 +22,13 @@ from devices.hub.entry.tokens import Tokens
 from devices.hub.inbox import Avatars
 from devices.hub.media.link import MediaLink, is_available
 from devices.hub.media.voice_room import link_to
+from devices.hub.mesh import Cell
 from devices.hub.port import Port, address_of, own_names, tls_of
 from devices.hub.roles import Person, Role
 from devices.hub.session import Session
 from devices.hub.site import HEADERS, Site, is_loopback
 from devices.hub.wire import pack_picture
+from scenes.mesh import CollisionMesh
 from scenes.state import SceneState
 from scenes.workers.task import Task
 
@@ -224,8 +226,7 @@ class Hub:
 
     def revoke(self, code: str) -> None:
         """Let a code be worth nothing."""
-        with self._session.lock:
-            self._session.codes.revoke(code)
+        self._change(lambda session, _now_ns: session.codes.revoke(code))
 
     def set_role(self, person_id: str, role: Role) -> None:
         """Give a person another role; their rights change at once.
@@ -233,9 +234,7 @@ class Hub:
         Raises:
             KeyError: there is no such person.
         """
-        with self._session.lock:
-            self._session.change(person_id, self._clock.now_ns(), role=role)
-        self._call_soon(self._wake_all)
+        self._change(lambda session, now_ns: session.change(person_id, now_ns, role=role))
 
     def mute(self, person_id: str, *, is_muted: bool) -> None:
         """Refuse a person's body and operations, or take them again.
@@ -243,9 +242,7 @@ class Hub:
         Raises:
             KeyError: there is no such person.
         """
-        with self._session.lock:
-            self._session.change(person_id, self._clock.now_ns(), is_muted=is_muted)
-        self._call_soon(self._wake_all)
+        self._change(lambda session, now_ns: session.change(person_id, now_ns, is_muted=is_muted))
 
     def give_pen(self, person_id: str | None) -> None:
         """Let one person alone draw; None lets everybody again whose role allows it.
@@ -254,15 +251,11 @@ class Hub:
             KeyError: there is no such person.
             ValueError: their role lets them draw nothing.
         """
-        with self._session.lock:
-            self._session.give_pen(person_id, self._clock.now_ns())
-        self._call_soon(self._wake_all)
+        self._change(lambda session, now_ns: session.give_pen(person_id, now_ns))
 
     def record_voices(self, *, is_recorded: bool) -> None:
         """Hand voices to the session, which records them, or no longer; everybody is told."""
-        with self._session.lock:
-            self._session.media.record(is_recorded=is_recorded)
-        self._call_soon(self._wake_all)
+        self._change(lambda session, _now_ns: session.media.record(is_recorded=is_recorded))
 
     @property
     def is_voice_recorded(self) -> bool:
@@ -275,8 +268,15 @@ class Hub:
         Raises:
             KeyError: there is no such person.
         """
+        self._change(lambda session, now_ns: session.remove(person_id, now_ns))
+
+    def hide_behind(self, cells: Mapping[Cell, CollisionMesh]) -> None:
+        """Let surfaces hide what is behind them for everybody: cells that changed, world metres."""
+        self._change(lambda session, _now_ns: session.mesh.take(cells))
+
+    def _change(self, change: Callable[[Session, int], None]) -> None:
         with self._session.lock:
-            self._session.remove(person_id, self._clock.now_ns())
+            change(self._session, self._clock.now_ns())
         self._call_soon(self._wake_all)
 
     def counts(self) -> HubCounts:

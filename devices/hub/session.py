@@ -36,6 +36,7 @@ from devices.hub.fields import MessageError
 from devices.hub.inbox import Inbox
 from devices.hub.media.signals import MediaSignal, OfferSignal
 from devices.hub.media.voice_room import VoiceRoom
+from devices.hub.mesh import MeshChannel
 from devices.hub.messages import Do, Hello, OpError, Ping, Seen, read_message
 from devices.hub.outbox import Outbox, Sent
 from devices.hub.roles import Person, Role
@@ -77,7 +78,7 @@ class Session:
         self.lock = threading.RLock()
         self.codes = codes
         self.states, self.log, self.bodies = StateChannel(), LogChannel(), BodyChannel()
-        self.pictures = PictureChannel()
+        self.pictures, self.mesh = PictureChannel(), MeshChannel()
         self.sent, self.refused = Sent(), Counter[str]()
         self.media = VoiceRoom(None, is_voice_recorded, lambda kind: self.refused.update((kind,)))
         self._say = say

@@ -6,6 +6,7 @@ import argparse
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
+from urllib.parse import urlsplit
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -16,7 +17,15 @@ if TYPE_CHECKING:
     from scenes.package import ScenePackage
     from studio.live.hololens.wearing import Wearing
     from studio.live.hololens.worn import WornPlan
+    from studio.live.live import LiveSession
     from studio.live.setup import LiveSetup
+
+
+HOSTILE = 100
+"""Hostile visits of each kind, chosen: all kinds were over within a minute on two busy cores."""
+
+MAX_HOSTILE = 100_000
+"""Visits of each kind that may be asked for: four hours of them."""
 
 
 def add_hololens_flags(parser: argparse.ArgumentParser) -> None:
@@ -47,6 +56,13 @@ def add_hololens_flags(parser: argparse.ArgumentParser) -> None:
         default=0.1,
         metavar="M",
         help="side of its dark pattern in metres (0.1)",
+    )
+    group.add_argument(
+        "--hostile",
+        type=int,
+        metavar="N",
+        help="with --headless, --simulated and --hololens: so many hostile connections of each "
+        f"kind to the session's own ports while it is live ({HOSTILE}); 0 for none",
     )
 
 
@@ -115,6 +131,45 @@ def wearing_of(
         say=say,
         name=args.wearer,
     )
+
+
+def is_simulated(args: argparse.Namespace) -> bool:
+    """Return whether the flags ask for a simulated headset without a window."""
+    return bool(args.simulated and args.headless and args.hololens == "")
+
+
+def check_hostile(args: argparse.Namespace) -> None:
+    """Check how many hostile visits are asked for, and fill in the usual number.
+
+    Raises:
+        ValueError: nothing is simulated that they could be counted with, or the number is bad.
+    """
+    if args.hostile is None:
+        args.hostile = HOSTILE if is_simulated(args) else 0
+    if not 0 <= args.hostile <= MAX_HOSTILE:
+        raise ValueError(f"--hostile {args.hostile}: wanted 0 to {MAX_HOSTILE}")
+    if args.hostile and not is_simulated(args):
+        raise ValueError(
+            "--hostile goes with --headless, --simulated and --hololens without an address: real "
+            "people and devices are not attacked"
+        )
+
+
+def let_others_in(
+    args: argparse.Namespace,
+    *,
+    wearing: Wearing | None,
+    session: LiveSession,
+    hub: Hub | None,
+) -> None:
+    """Let a simulated remote person in who points, and hostile visitors, once it is live."""
+    from studio.live.hololens.simulated.headset import Attack
+
+    if wearing is None or wearing.simulated is None or hub is None:
+        return
+    camera = urlsplit(session.listening_at)
+    attack = Attack(args.hostile, camera.port or 0) if args.hostile else None
+    wearing.simulated.let_point(hub, lambda: session.status().live_s, attack=attack)
 
 
 def save_worn(

@@ -7,13 +7,14 @@ import json
 import signal
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scenes.workers.task import Task
-from studio.verbs.hololens_flags import add_hololens_flags, save_worn, wearing_of, with_hololens
+from studio.verbs import hololens_flags
+from studio.verbs.hololens_flags import add_hololens_flags, wearing_of, with_hololens
 from studio.verbs.people_flags import add_people_flags, hosting_of, sharing_of
 from studio.verbs.result_flags import add_result_flags, check_free, next_free
 
@@ -84,6 +85,7 @@ def run(args: argparse.Namespace) -> int:
         raise ValueError("--scenario and --seed go with --simulated: a real camera has neither")
     if args.clients and not args.headless:
         raise ValueError("--clients goes with --headless: simulated people are measured there")
+    hololens_flags.check_hostile(args)
     if args.scenario_people:
         args.clients = _scenario_people(args)
     hosting = hosting_of(args)
@@ -151,6 +153,7 @@ def _headless(args: argparse.Namespace) -> int:
     from scenes.opening import open_scene
     from scenes.render.native import NativeRenderer
     from studio.live.checks import live_checks
+    from studio.live.hololens.simulated.attacking import Defects
     from studio.live.live import LiveSession
     from studio.live.locating import RoomLocator
     from studio.live.report import live_rows, write_report
@@ -164,7 +167,8 @@ def _headless(args: argparse.Namespace) -> int:
     out.mkdir(parents=True, exist_ok=True)
     renderer, clock, tokens = NativeRenderer(), WallClock(), Tokens()
     with ExitStack() as stack:
-        hub = _hub(args, scene, clock=clock, stack=stack, tokens=tokens)
+        defects = stack.enter_context(Defects())
+        hub = _hub(args, scene, clock=clock, stack=stack, tokens=tokens, say=defects.hear)
         setup = setup_of(args)
         wearing = wearing_of(args, setup, scene=scene, clock=clock, hub=hub, stack=stack, say=_say)
         session = LiveSession(
@@ -187,8 +191,7 @@ def _headless(args: argparse.Namespace) -> int:
         save_checks(checks, out / "preflight.json")
         _print_checks(checks)
         _say_how_to_join(args, hub)
-        if wearing is not None and wearing.simulated is not None and hub is not None:
-            wearing.simulated.let_point(hub, lambda: session.status().live_s)
+        hololens_flags.let_others_in(args, wearing=wearing, session=session, hub=hub)
         result = _play(session, rehearsed, args, hub=hub)
         rows = live_rows(result)
         if rehearsed is not None:
@@ -197,7 +200,8 @@ def _headless(args: argparse.Namespace) -> int:
             rows += crowd.rows()
         if wearing is not None:
             rows += wearing.rows(() if rehearsed is None else rehearsed.true_poses())
-            save_worn(args, wearing, scene=scene, out=out, say=_say)
+            rows += wearing.attacked_rows(defects.count)
+            hololens_flags.save_worn(args, wearing, scene=scene, out=out, say=_say)
     path = write_report(out, result, rows, scene=args.scene, checks=checks)
     return _print_figures(args, rows, report=path, failure=result.recording_failure)
 
@@ -256,6 +260,7 @@ def _hub(
     clock: Clock,
     stack: ExitStack,
     tokens: Tokens,
+    say: Callable[[str], None],
 ) -> Hub | None:
     """Begin to let people join until the stack is left."""
     from studio.live.people.hosting import hosted
@@ -264,7 +269,7 @@ def _hub(
     if hosting is None:
         return None
     # What the hub says is in the session's report, and who is here on the status line.
-    return stack.enter_context(hosted(hosting, scene, clock=clock, say=_drop, tokens=tokens))
+    return stack.enter_context(hosted(hosting, scene, clock=clock, say=say, tokens=tokens))
 
 
 def _shared(
@@ -326,10 +331,6 @@ def _crowd(
     crowd.start()
     stack.callback(crowd.end)
     return crowd
-
-
-def _drop(_line: str) -> None:
-    """Say nothing."""
 
 
 def _say_how_to_join(args: argparse.Namespace, hub: Hub | None) -> None:

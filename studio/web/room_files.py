@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import threading
 from pathlib import Path
@@ -28,7 +29,7 @@ from studio.web.views import first_places, views_of
 MANIFEST = "manifest.json"
 """File with everything but the splats."""
 
-FORMAT_VERSION = 3
+FORMAT_VERSION = 4
 """Of the manifest; files of another version are made again."""
 
 MAX_SPLATS = 400_000
@@ -55,6 +56,9 @@ MIN_HEIGHT_M = 2.2
 HEIGHT_QUANTILE = 0.995
 """Of the splats' heights, taken for the ceiling: some stray ones are higher."""
 
+CODES_CHARACTERS = 10
+"""Of the digest of where codes hang: enough to differ."""
+
 DECIMALS = 5
 """Of lengths in metres and of quaternions."""
 
@@ -80,7 +84,8 @@ def write_room_files(
         OSError: the disk is full.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    made_of = f"{FORMAT_VERSION}:{max_splats}:{scene_hash(scene)}"
+    codes = hashlib.sha256(json.dumps(_codes(scene)).encode()).hexdigest()[:CODES_CHARACTERS]
+    made_of = f"{FORMAT_VERSION}:{max_splats}:{scene_hash(scene)}:{codes}"
     known = _known_files(folder, made_of)
     if known is not None:
         return known
@@ -177,6 +182,7 @@ def _manifest(scene: ScenePackage, *, room_part: str | None, shadows: set[str]) 
         "floor_m": 0.0,
         "height_m": round(max(height, MIN_HEIGHT_M), 3),
         "solids": _solids(scene),
+        "codes": _codes(scene),
         "first_part": "first",
         "room_part": room_part,
         "objects": [
@@ -191,6 +197,20 @@ def _manifest(scene: ScenePackage, *, room_part: str | None, shadows: set[str]) 
             for index, item in enumerate(scene.objects)
         ],
     }
+
+
+def _codes(scene: ScenePackage) -> list[dict[str, Any]]:
+    """Return middles of printed codes, by which somebody lays the room on the real one; Y up."""
+    gltf_from_world = WORLD_FROM_GLTF.inverse()
+    return [
+        {
+            "name": code.payload,
+            "place": np.round(
+                gltf_from_world @ code.world_from_code.translation, DECIMALS
+            ).tolist(),
+        }
+        for code in scene.codes
+    ]
 
 
 def _solids(scene: ScenePackage) -> dict[str, Any]:

@@ -6,7 +6,7 @@ and what the headset alone sees is added, exchanged and taken away by its surfac
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any
@@ -125,6 +125,17 @@ def hidden_mesh(known: Meshed, surface: Surface) -> CollisionMesh:
     """Return what the headset alone sees as a mesh, world metres."""
     pieces = [piece for cells in known.own.values() for piece in cells.values()]
     return _mesh(np.concatenate(pieces) if pieces else np.zeros((0, 3, 3)), surface)
+
+
+def hidden_cells(
+    known: Meshed, surface: Surface, *, cells: Iterable[Cell]
+) -> dict[Cell, CollisionMesh]:
+    """Return what the headset alone sees in each of some cells, world metres."""
+    found: dict[Cell, CollisionMesh] = {}
+    for cell in cells:
+        pieces = [content[cell] for content in known.own.values() if cell in content]
+        found[cell] = _mesh(np.concatenate(pieces) if pieces else np.zeros((0, 3, 3)), surface)
+    return found
 
 
 def whole_mesh(known: Meshed, surface: Surface, *, scanned: CollisionMesh) -> CollisionMesh:

@@ -18,8 +18,10 @@ from scenes.package import ScenePackage
 from scenes.pose import Pose
 from scenes.state import SceneState
 from scenes.workers.task import Task
+from sim.physics.collision.surface import Cell
 from sim.physics.scanned.meshed import (
     change_of,
+    hidden_cells,
     hidden_mesh,
     meshed_beside,
     whole_mesh,
@@ -77,7 +79,7 @@ class Meshing:
         world_from_device: returns where the headset's world is in the room; None while it is not
             known well enough.
         clock: session time.
-        changed: takes what the headset alone sees whenever that has changed.
+        changed: takes what the headset alone sees in the cells in which that has changed.
     """
 
     def __init__(
@@ -87,7 +89,7 @@ class Meshing:
         *,
         world_from_device: Callable[[], Pose | None],
         clock: Clock,
-        changed: Callable[[CollisionMesh], None] = lambda _mesh: None,
+        changed: Callable[[Mapping[Cell, CollisionMesh]], None] = lambda _cells: None,
     ) -> None:
         self._surfaces, self._scene, self._clock = surfaces, scene, clock
         self._world_from_device, self._changed = world_from_device, changed
@@ -177,7 +179,7 @@ class Meshing:
             twin.apply(change_of(twin.surface, cells))
             twin.step(2_000_000)
             self._hidden = hidden_mesh(self._meshed, twin.surface)
-            self._changed(self._hidden)
+            self._changed(hidden_cells(self._meshed, twin.surface, cells=cells))
             self._settled_ns = self._clock.now_ns() + SETTLE_NS
             self._count(before, twin.object_poses())
         if self._is_caught_up:

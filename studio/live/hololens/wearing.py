@@ -12,8 +12,10 @@ import numpy as np
 from devices.clock import Clock
 from devices.hub.server import Hub
 from scenes.package import ScenePackage, Stage, save_package
-from studio.console.rows import Row
+from scenes.samples import SAMPLE_NAMES
+from studio.console.rows import Row, at_most
 from studio.live.hololens.figures import TruePoses, simulated_rows, worn_rows
+from studio.live.hololens.simulated.attacking import Visited
 from studio.live.hololens.simulated.headset import SimulatedHeadset
 from studio.live.hololens.worn import WornHeadset, WornPlan
 
@@ -51,6 +53,21 @@ class Wearing:
         if self.simulated is not None:
             rows += simulated_rows(self.simulated.figures, true_poses)
         return rows
+
+    def attacked_rows(self, defects: int) -> list[Row]:
+        """Return the figures of hostile visits; none where there were none.
+
+        Args:
+            defects: errors that ended threads of the session, or that its hub has said.
+        """
+        visited = Visited() if self.simulated is None else self.simulated.visited
+        if not visited.streams:
+            return []
+        crashes = visited.unserved + defects
+        return [
+            at_most("session.fuzz.crashes", float(crashes), "", bar=0),
+            Row("session.fuzz.streams", float(visited.streams), ""),
+        ]
 
     def save(self, folder: Path) -> None:
         """Write the room's mesh with what the headset added, and what a simulated one showed."""
@@ -110,6 +127,12 @@ def worn_for(
     """
     if plan is not None:
         return Wearing(WornHeadset(plan, scene, clock=clock, hub=hub))
+    if scene.physical is None and scene.collision is None:
+        raise ValueError(
+            f"--simulated --hololens: {scene_name} has no surface that a headset could see: "
+            "prepare it of photos or a video with more overlap, or take "
+            f"{', '.join(SAMPLE_NAMES)}"
+        )
     simulated = stack.enter_context(SimulatedHeadset(scene_name, seed=seed, clock=clock, say=say))
     worn = WornHeadset(simulated.plan(name=name), scene, clock=clock, hub=hub)
     middle = np.append(np.mean(np.asarray(scene.footprint_m), axis=0), HEIGHT_M)

@@ -23,6 +23,7 @@ from scenes.state import Avatar, SceneState
 from scenes.workers.task import Task
 from studio.live.hololens.anchoring import Anchoring, OriginStatus
 from studio.live.hololens.drawing import Drawing
+from studio.live.hololens.hidden import HiddenSurfaces
 from studio.live.hololens.local_user import WEARER, WithLocalUser, show_to, wearer_now
 from studio.live.hololens.meshing import Meshing, MeshStatus
 from studio.live.hololens.rig_code import RigCode, is_apart, rig_code_after
@@ -113,8 +114,13 @@ class WornHeadset:
         self.anchoring = Anchoring(
             headset.video(), codes, clock=clock, note=self._note, delays=self.video_delays
         )
+        self._hidden = HiddenSurfaces()
         self.meshing = Meshing(
-            headset.surfaces(), scene, world_from_device=self._world_from_device, clock=clock
+            headset.surfaces(),
+            scene,
+            world_from_device=self._world_from_device,
+            clock=clock,
+            changed=self._hidden.change,
         )
         self.drawing = Drawing(
             headset.draw,
@@ -244,3 +250,4 @@ class WornHeadset:
                 with suppress(RuntimeError):  # its loop has just ended
                     pose = self.anchoring.device_from_world()
                     show_to(hub, self._newest(), device_from_world=pose, name=self.plan.name)
+                    self._hidden.show(hub)

@@ -9,7 +9,9 @@ export const BLOCKS = [
   { name: "Certificate", look: certificate },
   { name: "3D graphics (WebGL 2)", look: graphics },
   { name: "Connection (WebSocket)", look: socket },
-  { name: "VR headset (WebXR)", look: headset },
+  { name: "VR headset (WebXR)", look: () => headset("immersive-vr", "A headset is there.") },
+  { name: "AR over the real room (WebXR)",
+    look: () => headset("immersive-ar", "This headset shows the real room.") },
 ];
 
 const fine = (words) => ({ isFine: true, isNeeded: true, words, remedy: "" });
@@ -64,12 +66,16 @@ function socket() {
   });
 }
 
-async function headset() {
+async function headset(mode, found) {
   if (!window.isSecureContext) {
     return without("Not on an address without https.", "See the first point.");
   }
-  const works = await navigator.xr?.isSessionSupported("immersive-vr").catch(() => false);
-  if (works) return fine("A headset is there.");
+  const works = await navigator.xr?.isSessionSupported(mode).catch(() => false);
+  if (works) return fine(found);
+  if (mode === "immersive-ar") {
+    return without("This browser cannot show the real room behind the page.",
+      "In a Quest 3, open this page in the headset's own browser.");
+  }
   return without("This browser finds no headset. The room works on the screen.",
     "In a Quest, open this page in the headset's own browser.");
 }

@@ -1,7 +1,9 @@
-// In a headset: one's own head, controllers and hands at display rate, teleport, pointing, drawing.
+// In a headset, in VR or over the real room: one's own head, controllers and hands at display rate,
+// teleport, pointing, drawing.
 // Poses are in upright axes: metres, Y up, as headsets and the studio's wire have them.
 import * as THREE from "three";
 import { Line } from "shared/shapes.js";
+import { Passthrough } from "live/ar/passthrough.js";
 
 const FEATURES = { requiredFeatures: ["local-floor"], optionalFeatures: ["hand-tracking"] };
 const MAX_STD_DEV = Math.sqrt(5); // of splats, which a headset's graphics are too slow to draw wider
@@ -23,12 +25,14 @@ const UPPER_BUTTON = 5; // B and Y: takes back what one did last, or removes wha
 
 export class Headset {
   /** `figure` shows one's own hands; `tools` has the colour to draw with; `grab` carries things and
-      `palette` shows tools. */
-  constructor(room, board, figure, { tools, grab, palette, ended }) {
+      `palette` shows tools; `shown` has what passthrough shows otherwise. */
+  constructor(room, board, figure, { tools, grab, palette, shown, ended }) {
     Object.assign(this, { room, board, figure, tools, grab, palette, ended });
     this.rig = new THREE.Group();
     this.rig.visible = true;
     room.upright.add(this.rig);
+    this.passthrough = new Passthrough(room, this.rig, shown);
+    this.isAr = false;
     this.arc = new Line(0.012);
     room.upright.add(this.arc.group);
     this.session = null;
@@ -56,21 +60,21 @@ export class Headset {
     return 1000 / (this.session?.frameRate ?? USUAL_HZ);
   }
 
-  async enter() {
-    const { renderer, camera, spark, upright } = this.room;
-    const session = await navigator.xr.requestSession("immersive-vr", FEATURES);
+  /** Enters VR, or the real room with `isAr`. */
+  async enter(isAr = false) {
+    const { renderer, camera, spark } = this.room;
+    const session = await (isAr ? Passthrough.request()
+      : navigator.xr.requestSession("immersive-vr", FEATURES));
     renderer.xr.enabled = true;
     renderer.xr.setReferenceSpaceType("local-floor");
     await renderer.xr.setSession(session);
     this.before = { position: camera.position.clone(), quaternion: camera.quaternion.clone(),
       maxStdDev: spark.maxStdDev };
     spark.maxStdDev = MAX_STD_DEV;
-    // Where one looked from, on the floor.
-    const ahead = camera.getWorldDirection(new THREE.Vector3());
-    const place = upright.worldToLocal(camera.position.clone());
-    upright.worldToLocal(ahead.add(upright.position));
-    this.rig.position.copy(this.#within(place.setY(0)));
-    this.rig.rotation.set(0, Math.atan2(-ahead.x, -ahead.z), 0);
+    this.isAr = isAr;
+    if (isAr) this.passthrough.enter(session);
+    else this.#standAtView();
+    this.palette.redo = isAr ? () => this.passthrough.redo() : null;
     this.rig.add(camera);
     this.session = session;
     for (const [name, kind, on] of [["selectstart", "select", true], ["selectend", "select", false],
@@ -88,17 +92,28 @@ export class Headset {
     this.session?.end();
   }
 
+  /** Puts the rig where one looked from, on the floor. */
+  #standAtView() {
+    const { camera, upright } = this.room;
+    const ahead = camera.getWorldDirection(new THREE.Vector3());
+    const place = upright.worldToLocal(camera.position.clone());
+    upright.worldToLocal(ahead.add(upright.position));
+    this.rig.position.copy(this.#within(place.setY(0)));
+    this.rig.rotation.set(0, Math.atan2(-ahead.x, -ahead.z), 0);
+  }
+
   /** Reads head, controllers and hands of a frame; a body without number and time, or null. */
   step(frame) {
     const space = this.room.renderer.xr.getReferenceSpace();
     const viewer = frame.getViewerPose(space);
     if (!viewer) return null;
-    this.rig.updateMatrix();
-    const head = this.#placed(viewer.transform);
-    const body = { head, controllers: [null, null], hands: [null, null], ray: null };
     const now = performance.now();
     this.seconds = Math.min(0.1, (now - this.steppedAt) / 1000);
     this.steppedAt = now;
+    this.rig.updateMatrix();
+    if (this.isAr && !this.#lay(frame, space, viewer)) return null;
+    const head = this.#placed(viewer.transform);
+    const body = { head, controllers: [null, null], hands: [null, null], ray: null };
     let aiming = null;
     let tip = null; // of the right hand, which touches the palette
     for (const source of this.session.inputSources) {
@@ -108,9 +123,9 @@ export class Headset {
       if (source.hand) body.hands[side] = this.#hand(frame, source.hand, space);
       else body.controllers[side] = this.#controller(frame, source, aim, space);
       if (aim === null) continue;
-      const jumps = source.hand
+      const jumps = !this.isAr && (source.hand
         ? side === 0 && this.sides[side].select && performance.now() - this.sides[side].since > HOLD_MS
-        : !this.grab.holds(side) && this.#stick(source, side, viewer);
+        : !this.grab.holds(side) && this.#stick(source, side, viewer));
       if (jumps) aiming = aim;
       else if (this.sides[side].select && !(source.hand && side === 0)) body.ray = this.#rayFrom(aim);
       const hand = { aim, pose: body.controllers[side]?.grip ?? this.#wrist(frame, source, space) ?? aim,
@@ -123,8 +138,47 @@ export class Headset {
     this.palette.step(head, left, tip);
     this.#aim(aiming, viewer);
     const grips = body.controllers.map((controller) => controller?.grip ?? null);
-    this.figure.show({ head: null, hands: body.hands, grips, ray: body.ray });
+    // Over the real room one's own hands are there.
+    this.figure.show(this.isAr ? { ray: body.ray } : { hands: body.hands, grips, ray: body.ray });
     return body;
+  }
+
+  /** Lays the room on the real one, by marks or as it was laid; whether it lies. */
+  #lay(frame, space, viewer) {
+    const hands = [null, null];
+    const { isMarking } = this.passthrough;
+    for (const source of this.session.inputSources) {
+      if (source.handedness === "none") continue;
+      const side = sideOf(source);
+      const state = this.sides[side];
+      const { tip, grips } = this.#tipOf(frame, source, space);
+      if (tip !== null) {
+        hands[side] = { tip, marks: state.select && !state.marked, skips: grips && !state.grips };
+      }
+      state.marked = state.select;
+      if (isMarking) state.grips = grips; // what it grips when it has marked is not for drawing
+    }
+    this.passthrough.step(frame, space, { viewer: viewer.transform, hands, seconds: this.seconds });
+    if (this.passthrough.isLaid && !isMarking) return true;
+    this.palette.hide();
+    this.figure.show({});
+    return false;
+  }
+
+  /** Where a hand marks, in the headset's space, three numbers or null; and whether it grips. */
+  #tipOf(frame, source, space) {
+    const placed = (pose) => pose && new THREE.Vector3().copy(pose.transform.position);
+    if (!source.hand) {
+      const pose = frame.getPose(source.targetRaySpace, space);
+      if (!pose) return { tip: null, grips: false };
+      const { x, y, z, w } = pose.transform.orientation;
+      const tip = before([...placed(pose).toArray(), x, y, z, w]).toArray();
+      return { tip, grips: this.sides[sideOf(source)].squeeze };
+    }
+    const [thumb, index, middle] = ["thumb-tip", "index-finger-tip", "middle-finger-tip"]
+      .map((name) => placed(frame.getJointPose(source.hand.get(name), space)));
+    if (!thumb || !index || !middle) return { tip: null, grips: false };
+    return { tip: thumb.clone().lerp(index, 0.5).toArray(), grips: thumb.distanceTo(middle) < PINCH_M };
   }
 
   /** Whether the thumbstick aims a jump; sideways it turns by a step. */
@@ -280,6 +334,7 @@ export class Headset {
   #end() {
     const { camera, scene, spark, renderer } = this.room;
     this.session = null;
+    if (this.isAr) this.passthrough.leave();
     this.board.end();
     this.drawing = null;
     for (const side of [0, 1]) this.grab.end(side);
@@ -299,7 +354,7 @@ export class Headset {
 
 function freshSide() {
   return { select: false, squeeze: false, since: 0, turned: false, aims: false, undoes: false,
-    grips: false };
+    grips: false, marked: false };
 }
 
 const joint = (joints, i) => new THREE.Vector3().fromArray(joints, 3 * i);

@@ -1,5 +1,7 @@
 // The connection to the studio: pairing by code, then a WebSocket that comes back by itself.
 
+import { isCells } from "live/wire.js";
+
 const PING_MS = 1000;
 const SILENT_MS = 3000; // without any message a connection is given up: pongs come every second
 const CONNECT_WITHIN_MS = 3000;
@@ -17,7 +19,8 @@ const REMEDIES = {
 
 export class Link {
   /** `handlers`, all optional: status({ kind, words, remedy }), and by kind of message: welcome,
-      people, rights, state, log, done, refused, speaking, answer, places, media, bodies(buffer). */
+      people, rights, state, log, done, refused, speaking, answer, places, media, bodies(buffer),
+      cells(buffer). */
   constructor(handlers) {
     this.handlers = handlers;
     this.token = sessionStorage.getItem(TOKEN);
@@ -119,6 +122,7 @@ export class Link {
       clearTimeout(late);
       this.heardAt = performance.now();
       if (typeof data === "string") this.#take(JSON.parse(data));
+      else if (isCells(data)) this.handlers.cells?.(data);
       else this.handlers.bodies?.(data);
     });
     socket.addEventListener("close", () => this.#lost(socket));

@@ -1,6 +1,7 @@
 // The live room: splats of the room and of every object, which stand where the studio has them.
 import * as THREE from "three";
 import { layShadow, Stage } from "shared/stage.js";
+import { HiddenMesh } from "live/hidden.js";
 import { Pacer, Timeline } from "live/timeline.js";
 
 const REST_MS = 400; // an object that has not moved for so long stands on something
@@ -19,6 +20,7 @@ export class LiveRoom extends Stage {
     this.manifest = manifest;
     this.files = files;
     this.objects = new Map();
+    this.cameraPlace = null; // of the 360° camera's middle, Y up
     this.pacer = new Pacer();
     this.raycaster = new THREE.Raycaster();
     // Whatever comes from the studio has a headset's axes, whose up is the files' up.
@@ -26,6 +28,7 @@ export class LiveRoom extends Stage {
     this.upright.quaternion.copy(this.worldFromFile);
     this.upright.updateMatrixWorld();
     this.scene.add(this.upright);
+    this.hidden = new HiddenMesh(this.upright, changed);
   }
 
   /** Loads what the room is recognised by: a thinned room, and the objects. */
@@ -75,20 +78,23 @@ export class LiveRoom extends Stage {
   /** Takes a state of the studio that came at a time. */
   take(message, now) {
     const sent = message.t_us / 1000;
+    this.cameraPlace = message.camera ?? this.cameraPlace;
     this.pacer.note(sent, now);
     this.#takeObjects(message.objects, sent);
   }
 
   /** Takes everything there is, after a connection was made. */
-  takeWhole({ objects, t_us }) {
+  takeWhole({ objects, t_us, camera = null }) {
+    this.cameraPlace = camera;
     // When it was so is older than when it was sent: nothing is learnt of the clocks.
     for (const body of this.objects.values()) body.line.clear();
+    this.hidden.clear();
     this.#takeObjects(objects, t_us / 1000);
   }
 
   /** Puts objects where they are shown at a time; whether any has moved or still will. */
   step(now) {
-    let isMoving = false;
+    let isMoving = this.hidden.step();
     for (const body of this.objects.values()) {
       const found = body.line.at(now);
       if (found !== null) {
@@ -116,7 +122,7 @@ export class LiveRoom extends Stage {
       ...this.#aimed(origin, direction).filter(({ item }) => item.id !== but)
         .map(({ mesh }) => this.#metresTo(mesh, origin, direction)));
     const flat = this.#wall(origin, direction);
-    const metres = splats === Infinity ? flat : splats;
+    const metres = Math.min(splats === Infinity ? flat : splats, this.hidden.metresTo(origin, direction));
     if (metres === Infinity) return null;
     const place = origin.clone().addScaledVector(direction, metres);
     // The floor is a plane: what is drawn on it lies flat.
@@ -141,7 +147,9 @@ export class LiveRoom extends Stage {
       .map(({ item, mesh }) => [item.id, this.#metresTo(mesh, origin, direction)])
       .sort((a, b) => a[1] - b[1])[0];
     if (found === undefined || found[1] === Infinity) return null;
-    return found[1] < this.#metresTo(this.solid, origin, direction) + SAME_SURFACE_M ? found[0] : null;
+    const before = Math.min(this.#metresTo(this.solid, origin, direction),
+      this.hidden.metresTo(origin, direction));
+    return found[1] < before + SAME_SURFACE_M ? found[0] : null;
   }
 
   /** The object in whose sphere a place (upright axes) is, by id; null where none is. */

@@ -36,6 +36,8 @@ const LABEL_OVER_M = 0.25;
 const OWN_RAY_M = 0.002; // one's own ray begins before one's eyes
 const FLAGS = { lost: ["✕ lost", "var(--bad)"], occluded: ["◐ hidden", "var(--warn)"] };
 const UNSURE = ["◐ unsure", "var(--warn)"];
+const WAYS = { vr: "Stand in the room with this headset",
+  ar: "See people and what they show over the real room, with this headset in it" };
 const byId = (id) => document.getElementById(id);
 
 /** Opens the room after a welcome; `notice(words)` tells the user something. */
@@ -58,7 +60,7 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
     { ask: () => ({ shape: tools.shape, colour: tools.ink }), notice, changed });
   const self = new OwnHands(COLOURS[0], OWN_RAY_M);
   room.upright.add(self.group);
-  const headset = new Headset(room, board, self, { tools, ended: leftHeadset,
+  const headset = new Headset(room, board, self, { tools, ended: leftHeadset, shown: { proposals, surfaces },
     grab: new Grab(room, things, picker, tools), palette: new Palette(room.upright, tools) });
   const labels = new Labels(byId("labels"));
   const panel = new Panel(manifest.objects, {
@@ -93,6 +95,7 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
       media.welcome(message);
       asked.begin(message.role);
       showObjects();
+      showWays();
     },
     rights(message) {
       const { rights } = message;
@@ -112,6 +115,7 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
     },
     state(message) {
       room.take(message, performance.now());
+      if (message.camera) showWays();
       link.seen(message.version);
       showObjects();
     },
@@ -128,6 +132,7 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
       things.answered(id);
       notice(`Not done: ${why}.`);
     },
+    cells: (buffer) => room.hidden.take(buffer),
     bodies: (buffer) => {
       if (isPicture(buffer)) surfaces.takePicture(buffer);
       else if (!media.takeVoices(buffer)) people.take(buffer, performance.now());
@@ -181,17 +186,28 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
   }
 
   function leftHeadset() {
-    byId("vr").setAttribute("aria-pressed", "false");
+    for (const id of ["vr", "ar"]) byId(id).setAttribute("aria-pressed", "false");
     resize();
   }
 
-  async function toggleHeadset() {
-    const obstacle = await Headset.obstacle();
+  const obstacleTo = (id) => (id === "ar" ? headset.passthrough.obstacle() : Headset.obstacle());
+
+  function showWays() {
+    for (const [id, words] of Object.entries(WAYS)) {
+      obstacleTo(id).then((obstacle) => {
+        byId(id).setAttribute("aria-disabled", String(obstacle !== null));
+        byId(id).title = obstacle ?? words;
+      });
+    }
+  }
+
+  async function toggleHeadset(id) {
+    const obstacle = await obstacleTo(id);
     if (obstacle !== null) return notice(obstacle);
     if (headset.isOn) return headset.leave();
     try {
-      await headset.enter();
-      byId("vr").setAttribute("aria-pressed", "true");
+      await headset.enter(id === "ar");
+      byId(id).setAttribute("aria-pressed", "true");
     } catch (error) {
       notice(`The headset did not start: ${error.message}`);
     }
@@ -241,15 +257,12 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
     byId("view-corner").addEventListener("click", () => control.go("corner"));
     byId("view-above").addEventListener("click", KEYS.Digit2);
     byId("side").addEventListener("click", toggleList);
-    byId("vr").addEventListener("click", toggleHeadset);
+    for (const id of ["vr", "ar"]) byId(id).addEventListener("click", () => toggleHeadset(id));
+    showWays();
     for (const group of document.querySelectorAll("[role=radiogroup]")) stepByArrows(group);
     for (const button of byId("pad").children) holdAsKey(button, control, changed);
     canvas.addEventListener("webglcontextlost", () =>
       notice("The graphics stopped. Load this page again."));
-    Headset.obstacle().then((obstacle) => {
-      byId("vr").setAttribute("aria-disabled", String(obstacle !== null));
-      byId("vr").title = obstacle ?? "Stand in the room with this headset";
-    });
   }
 
   function flags() {

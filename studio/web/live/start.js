@@ -38,14 +38,14 @@ const hand = (kind) => (message) => {
   else if (waiting.length) waiting = keepNewest([...waiting, [kind, message]]);
 };
 
-/** Whatever a room that is being loaded must know: the log in order, the newest of the rest. */
+/** Whatever a room that is being loaded must know: log and cells in order, the newest of the rest. */
 function keepNewest(messages) {
   const last = new Map(messages.map(([kind], i) => [kind, i]));
   return messages.filter(([kind], i) =>
-    ["welcome", "log", "state", "done", "refused"].includes(kind) || last.get(kind) === i);
+    ["welcome", "log", "state", "done", "refused", "cells"].includes(kind) || last.get(kind) === i);
 }
 
-const kinds = ["people", "rights", "state", "log", "done", "refused", "bodies",
+const kinds = ["people", "rights", "state", "log", "done", "refused", "bodies", "cells",
   "speaking", "answer", "places", "media"];
 const link = new Link({
   ...Object.fromEntries(kinds.map((kind) => [kind, hand(kind)])),

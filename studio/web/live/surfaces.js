@@ -17,7 +17,8 @@ const NEARER = `
 export class Surfaces {
   /** `upright`: the group whose axes are a headset's; `changed`: the picture is no longer right. */
   constructor(upright, changed) {
-    this.upright = upright;
+    this.group = new THREE.Group();
+    upright.add(this.group);
     this.changed = changed;
     this.boards = new Map();
     this.taken = 0;
@@ -85,7 +86,7 @@ export class Surfaces {
       const board = known ?? { mesh: emptyBoard(), picture: null, texture: null, number: 0 };
       lay(board.mesh.geometry, corners);
       this.boards.set(id, board);
-      this.upright.add(board.mesh);
+      this.group.add(board.mesh);
     }
     this.changed();
   }

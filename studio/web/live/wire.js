@@ -6,6 +6,7 @@
 const VERSION = 1;
 const BODY = 1;
 const BODIES = 2;
+const CELLS = 7;
 const HEAD = 1;
 const CONTROLLERS = [2, 4];
 const HANDS = [8, 16];
@@ -128,6 +129,12 @@ export function decodeBodies(buffer) {
     at += length;
   }
   return found;
+}
+
+/** Whether a message has cells of surfaces that hide things. */
+export function isCells(buffer) {
+  const view = new DataView(buffer);
+  return view.byteLength >= 4 && view.getUint8(0) === VERSION && view.getUint8(1) === CELLS;
 }
 
 function lengthOf(flags) {

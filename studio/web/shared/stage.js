@@ -12,7 +12,7 @@ export class Stage {
     THREE.Object3D.DEFAULT_UP.set(0, 0, 1);
     const [w, x, y, z] = worldFromFile;
     this.worldFromFile = new THREE.Quaternion(x, y, z, w);
-    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: false });
+    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: false, stencil: true });
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
     this.scene = new THREE.Scene();
     this.scene.background = new THREE.Color(0x0e1014);

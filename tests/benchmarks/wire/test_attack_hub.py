@@ -1,9 +1,7 @@
 """Hostile clients at the hub's port: nothing breaks, and somebody friendly is served."""
 
-import struct
-
 from benchmarks.wire import attack_hub as module
-from benchmarks.wire.attack_hub import attack_hub, frame, resident_bytes
+from benchmarks.wire.attack_hub import attack_hub, resident_bytes
 
 
 def test_hostile_streams_break_nothing():
@@ -32,10 +30,3 @@ def test_a_hub_that_serves_nobody_is_counted(monkeypatch, capsys):
     monkeypatch.setattr(module, "_check_page", check)
     assert attack_hub(50, first_seed=7).crashes == 1
     assert "the hub after seed 7: gone" in capsys.readouterr().err
-
-
-def test_frames_are_those_of_a_client():
-    assert frame(b"abc", opcode=1) == b"\x81\x83\x11\x22\x33\x44" + bytes(
-        a ^ b for a, b in zip(b"abc", b"\x11\x22\x33", strict=True)
-    )
-    assert frame(bytes(300), opcode=2)[:4] == b"\x82\xfe" + struct.pack(">H", 300)

@@ -13,7 +13,6 @@ import pytest
 from benchmarks.wire import fuzz as fuzzing
 from benchmarks.wire.attack_hub import HostilePeer, attack
 from benchmarks.wire.fuzz import FuzzError, FuzzTarget, fuzz, targets
-from benchmarks.wire.hostile import LONGEST_INPUT, hostile_bytes, hostile_stream
 from devices.camera.rtmp.amf import encode_amf
 from devices.camera.rtmp.chunks import HANDSHAKE_BYTES, RtmpError, encode_message
 from devices.clock import ManualClock, WallClock
@@ -24,6 +23,7 @@ from devices.insta360.packets import VIDEO, KeepAlive, Message, PacketParser, St
 from devices.insta360.preview import PreviewClient
 from devices.insta360.preview_data import PreviewLimits
 from devices.messages import EncodedFrame
+from sim.wire.hostile import LONGEST_INPUT, hostile_bytes, hostile_stream
 from sim.wire.osc_camera import OscCamera
 from sim.wire.osc_server import OscServer
 from sim.wire.preview_server import PreviewServer

@@ -8,9 +8,9 @@ import pytest
 
 from benchmarks.wire import hub_load
 from benchmarks.wire.crowd import STAMPS, STAMPS_AT, Orders, _Crowd
-from benchmarks.wire.fuzz_people import valid_bodies
 from benchmarks.wire.hub_load import load_hub
 from devices.hub.wire import decode_body
+from sim.wire.people_messages import valid_bodies
 
 
 def test_a_small_crowd():

@@ -15,7 +15,6 @@ import numpy as np
 import pytest
 
 from benchmarks.wire.attack_hub import attack
-from benchmarks.wire.hostile import hostile_bytes
 from devices.camera.address import parse_address
 from devices.camera.received import CameraState
 from devices.camera.receiver import CameraReceiver
@@ -24,6 +23,7 @@ from devices.camera.rtmp.chunks import HANDSHAKE_BYTES, encode_message
 from devices.clock import WallClock
 from devices.video import H264Encoder
 from sim.wire.flv_packets import avc_header, avc_picture
+from sim.wire.hostile import hostile_bytes
 from tests.devices.camera.parties.programs import free_port, wait_for
 from tests.pushed_camera import RtmpPush, numbered_pictures, read_number
 

@@ -56,6 +56,20 @@ def test_a_state_in_which_nothing_moved_is_no_version():
     assert channel.version == 1
 
 
+def test_the_camera_is_said_where_it_has_moved():
+    channel = StateChannel()
+    state = state_of(tracked("cup"))
+    assert channel.take(replace(state, world_from_rig=Pose.from_yaw(0.5, (1, 2, 3))))
+    assert json.loads(channel.message_since(0))["camera"] == [1, 3, -2]
+    assert not channel.take(replace(state, world_from_rig=Pose.from_yaw(0.6, (1.01, 2, 3))))
+    assert "camera" not in json.loads(channel.message_since(1))
+    assert channel.take(replace(state, world_from_rig=Pose.from_yaw(0.6, (1.1, 2, 3))))
+    assert json.loads(channel.message_since(1)) == {
+        **{"kind": "state", "version": 2, "t_us": 7, "objects": {}},
+        "camera": [1.1, 3, -2],
+    }
+
+
 def test_an_object_that_is_gone_is_said_once():
     channel = StateChannel()
     channel.take(state_of(tracked("cup"), tracked("pen")))

@@ -10,6 +10,7 @@ from devices.camera.address import AddressKind
 from studio.cli import main
 from studio.live.people.hosting import Hosting
 from studio.live.setup import Place
+from studio.verbs.hololens_flags import HOSTILE, check_hostile
 from studio.verbs.live import add_arguments, hosting_of, setup_of
 
 
@@ -42,6 +43,19 @@ def test_people_join_where_the_flags_say():
 def test_simulated_people_are_measured_without_a_window(capsys, no_traceback):
     assert main(["live", "lab", "--simulated", "--clients", "2"]) == 3
     assert "--clients goes with --headless" in capsys.readouterr().err
+
+
+def test_hostile_visits_come_only_where_all_is_simulated():
+    simulated = ("--headless", "--simulated", "--hololens")
+    for words, visits in (((), 0), (simulated, HOSTILE), ((*simulated, "--hostile", "0"), 0)):
+        args = parsed(*words)
+        check_hostile(args)
+        assert args.hostile == visits
+    for words in (("--hostile", "5"), (*simulated, "10.0.0.1", "--hostile", "5")):
+        with pytest.raises(ValueError, match="real people and devices are not attacked"):
+            check_hostile(parsed(*words))
+    with pytest.raises(ValueError, match="wanted 0 to"):
+        check_hostile(parsed(*simulated, "--hostile", "-1"))
 
 
 def test_a_file_of_devices_is_read(tmp_path):

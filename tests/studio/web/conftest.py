@@ -11,11 +11,14 @@ from devices.hub.contract import HubSettings
 from devices.hub.server import Hub
 from scenes.package import ScenePackage
 from scenes.pose import Pose
+from scenes.quad import QrCode
 from scenes.splats import SplatCloud
 from scenes.state import ObjectModel
 from studio.web.live_page import live_page
 
 PER_WALL = 300
+CODES = ((0.5, 1.5, 1.2), (2.0, -0.5, 1.3), (-1.0, 1.5, 1.4))
+"""Middles of the printed codes on the walls."""
 
 
 def load_guest():
@@ -64,7 +67,10 @@ def box_room():
         name="Box room",
         room=joined(floor, back, side),
         objects=(box,),
-        codes=(),
+        codes=tuple(
+            QrCode(f"box:{number}", 0.2, Pose.from_yaw(0.0, place))
+            for number, place in enumerate(CODES, start=1)
+        ),
         world_from_rig=Pose.identity(),
         footprint_m=np.array([[-2.0, -1.5], [2.0, 1.5]]),
         physical=None,

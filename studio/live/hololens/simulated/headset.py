@@ -8,6 +8,7 @@ import time
 from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
 
@@ -18,20 +19,22 @@ from devices.hololens.display_list import Item, Label, Shape, Solid
 from devices.hololens.display_orders import UNIT_SIZES
 from devices.hololens.plan import HeadsetPlan, Ports
 from devices.hololens.values import PersonalVideoFrame
+from devices.hub.roles import Role
 from devices.hub.server import Hub
 from scenes.package.records import pose_from_json
 from scenes.pose import rotation_angle
-from scenes.samples import SAMPLE_NAMES
 from scenes.workers.child_process import ChildProcess, module_command, module_environment
 from scenes.workers.task import Task
 from sim.hololens.holograms import TEXT
 from studio.live.hololens.figures import Seen, SimulatedFigures
+from studio.live.hololens.simulated.attacking import Visited
 from studio.live.hololens.view import seen_by_wearer
 from studio.live.hololens.worn import WornHeadset, WornPlan
 from studio.live.people.pictures import jpeg_of
 
-START_S = 60.0
-"""Longest that the process may take to listen, seconds: it draws a room's textures first."""
+START_S = 300.0
+"""Longest that the process may take to listen, seconds: it draws a room's textures first, or takes
+a scan apart by its objects."""
 
 END_S = 5.0
 """Seconds that it may take to end before it is killed."""
@@ -52,25 +55,30 @@ MAX_SEEN = 20_000
 """Places of pointing rays that are kept: of half an hour."""
 
 
+@dataclass(frozen=True, slots=True)
+class Attack:
+    """Hostile visits that a session's ports are to get.
+
+    Attributes:
+        visits: of each kind.
+        camera_port: at which the session waits for a camera that pushes; 0 for none.
+    """
+
+    visits: int
+    camera_port: int = 0
+
+
 class SimulatedHeadset:
     """The process; use as a context manager.
 
     Args:
-        scene: name of a built-in room.
+        scene: name of a built-in room, or path of a package that can be rehearsed in.
         seed: of all that is random.
         clock: session time.
         say: takes a line for the log.
-
-    Raises:
-        ValueError: the scene is no built-in room.
     """
 
     def __init__(self, scene: str, *, seed: int, clock: Clock, say: Callable[[str], None]) -> None:
-        if scene not in SAMPLE_NAMES:
-            raise ValueError(
-                f"--simulated --hololens: {scene!r} is no built-in room; wanted one of "
-                f"{', '.join(SAMPLE_NAMES)}, whose meshes a simulated headset can see"
-            )
         self._scene, self._seed, self._clock, self._say = scene, seed, clock, say
         self._zero_ns = time.perf_counter_ns() - clock.now_ns()
         self._ports: Ports | None = None
@@ -78,6 +86,8 @@ class SimulatedHeadset:
         self._middle = np.zeros(3)
         self._first_clock_ns: int | None = None
         self.figures = SimulatedFigures()
+        self.visited = Visited()
+        """Hostile visits so far."""
         self._view: tuple[PersonalVideoFrame, tuple[Item, ...]] | None = None
         """What the headset truly shows."""
         self.failures: deque[str] = deque(maxlen=LAST_WORDS)
@@ -141,9 +151,21 @@ class SimulatedHeadset:
         self._middle, self._worn = middle, worn
 
     def let_point(
-        self, hub: Hub, live_s: Callable[[], float | None], *, trusted: Path | None = None
+        self,
+        hub: Hub,
+        live_s: Callable[[], float | None],
+        *,
+        trusted: Path | None = None,
+        attack: Attack | None = None,
     ) -> None:
-        """Let somebody join and point once the session is live."""
+        """Let somebody join and point once the session is live, and hostile visitors follow.
+
+        Args:
+            hub: that they join.
+            live_s: returns for how long the session is live; None before.
+            trusted: file of the hub's root certificate; None where it has none.
+            attack: the hostile visits; None for none.
+        """
 
         def join(task: Task[None]) -> None:
             while live_s() is None:
@@ -151,9 +173,14 @@ class SimulatedHeadset:
                     return
             words = ["join", hub.url, hub.invite().code]
             words += [] if trusted is None else [str(trusted)]
+            said = [words]
+            if attack is not None:
+                code = hub.invite(Role.SPECTATOR).code
+                said.append(["attack", hub.url, code, f"{attack.camera_port}", f"{attack.visits}"])
             assert self._process is not None, "used outside its context"
             with suppress(OSError):  # it has ended, and says why
-                self._process.say(" ".join(words))
+                for each in said:
+                    self._process.say(" ".join(each))
 
         self._joining = Task("let somebody point", join).start()
 
@@ -174,6 +201,8 @@ class SimulatedHeadset:
                 at, leg = np.array(said["at"], float), np.array(said["leg"], float)
                 wall_ns = int(said["perf_ns"]) + time.time_ns() - time.perf_counter_ns()
                 self.figures.seen.append(Seen(wall_ns, str(said["object"]), at, leg))
+            case "visited":
+                self.visited = Visited(int(said["streams"]), int(said["unserved"]))
             case "shown":
                 self._keep_view(tuple(_item_of(item) for item in said["items"]))
             case "failed":

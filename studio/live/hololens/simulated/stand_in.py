@@ -3,7 +3,8 @@
 `python -m studio.live.hololens.simulated.stand_in lab --seed 0` prints its ports, then four times a
 second the true clock and the true place of its world. A line `join URL CODE [ROOT.pem]` on its
 input lets somebody join that hub who points at legs of objects; it says how long each took to be
-seen on the headset, and where. It ends with its input.
+seen on the headset, and where. A line `attack URL CODE CAMERA_PORT VISITS` sends hostile visitors
+to the session's ports. It ends with its input.
 """
 
 from __future__ import annotations
@@ -21,13 +22,14 @@ import numpy as np
 from devices.clock import WallClock
 from devices.hololens.wire.packets import TICK_NS
 from scenes.package.records import pose_to_json
-from scenes.samples import sample_room
 from scenes.workers.task import Task
 from sim.hololens.faults import read_hololens_faults
 from sim.hololens.holograms import Hologram
 from sim.hololens.simulator import Simulator, SimulatorPlan
 from sim.hololens.wearer import Stroller
+from studio.live.hololens.simulated.attacking import attack_session
 from studio.live.hololens.simulated.pointing import Pointer, leg_of
+from studio.session.staging import staging_of
 
 EVERY_S = 0.25
 """Seconds between two lines of truth."""
@@ -52,7 +54,11 @@ def main(words: Sequence[str]) -> int:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--fault", action="append", default=[])
     args = parser.parse_args(words)
-    room = sample_room(args.scene)
+    try:
+        room = staging_of(args.scene, None).room
+    except (ValueError, OSError) as error:
+        print(error, file=sys.stderr)
+        return 1
     targets = [tuple(code.world_from_code.translation.tolist()) for code in room.codes]
     targets += [tuple((o.world_from_object @ np.array([0, 0, 0.5])).tolist()) for o in room.objects]
     x, y = room.footprint_m.mean(axis=0).tolist()
@@ -65,6 +71,7 @@ def main(words: Sequence[str]) -> int:
     )
     simulator = Simulator(plan, clock)
     pointers: list[Pointer] = []
+    attacks: list[Task[None]] = []
     try:
         _say({"event": "started", "ports": _ports(simulator)})
         truth = Task("truth", lambda task: _tell_truth(simulator, clock, task=task)).start()
@@ -75,12 +82,27 @@ def main(words: Sequence[str]) -> int:
             if word == "join" and len(rest) >= 2 and not pointers:
                 pointers.append(Pointer(rest, legs, simulator=simulator, say=_say))
                 pointers[0].start()
+            elif word == "attack" and len(rest) == 4 and not attacks:
+                attacks.append(_attack(rest, seed=args.seed).start())
         truth.cancel()
     finally:
+        for attack in attacks:
+            attack.cancel()
         for pointer in pointers:
             pointer.end()
         simulator.close()
     return 0
+
+
+def _attack(words: Sequence[str], *, seed: int) -> Task[None]:
+    url, code, port, visits = words[0], words[1], int(words[2]), int(words[3])
+
+    def attack(task: Task[None]) -> None:
+        attack_session(
+            task, hub_url=url, code=code, camera_port=port, visits=visits, say=_say, seed=seed
+        )
+
+    return Task("attack", attack)
 
 
 def _ports(simulator: Simulator) -> dict[str, int]:

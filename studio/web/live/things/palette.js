@@ -9,7 +9,7 @@ const STEP_M = 0.04;
 const OVER_M = 0.09; // above the hand
 const TOUCH_M = 0.026;
 const LOOK = Math.cos(THREE.MathUtils.degToRad(32)); // so near to the hand one looks
-const SIGNS = { draw: "✎", box: "■", sphere: "●", cylinder: "▮", arrow: "→", propose: "◫" };
+const SIGNS = { draw: "✎", box: "■", sphere: "●", cylinder: "▮", arrow: "→", propose: "◫", lay: "⌖" };
 const PX = 64;
 
 export class Palette {
@@ -23,13 +23,14 @@ export class Palette {
       const tile = new THREE.Mesh(new THREE.PlaneGeometry(TILE_M, TILE_M),
         new THREE.MeshBasicMaterial({ map: drawn(sign), side: THREE.DoubleSide, depthTest: false,
           transparent: true }));
-      tile.position.set((i - 2.5) * STEP_M, 0, 0);
+      tile.position.set((i - 3) * STEP_M, 0, 0);
       tile.renderOrder = 9;
       tile.name = name;
       this.group.add(tile);
       return tile;
     });
     this.touched = null;
+    this.redo = null; // lays the room anew, where it is laid on the real one
   }
 
   /** Follows head, left hand and the tip of the right one; null where one is not known. */
@@ -44,9 +45,10 @@ export class Palette {
     let touched = null;
     for (const tile of this.tiles) {
       const place = tile.position.clone().applyMatrix4(this.group.matrix);
-      if (tip !== null && place.distanceTo(tip) < TOUCH_M) touched = tile.name;
+      tile.visible = tile.name === "lay" ? this.redo !== null
+        : this.tools.allows(SHAPES.includes(tile.name) ? "shape" : tile.name);
+      if (tile.visible && tip !== null && place.distanceTo(tip) < TOUCH_M) touched = tile.name;
       tile.scale.setScalar(tile.name === chosen ? 1.3 : 1);
-      tile.visible = this.tools.allows(SHAPES.includes(tile.name) ? "shape" : tile.name);
       tile.material.opacity = tile.name === chosen ? 1 : 0.75;
     }
     if (touched !== null && touched !== this.touched) this.#choose(touched);
@@ -59,6 +61,7 @@ export class Palette {
   }
 
   #choose(name) {
+    if (name === "lay") return this.redo();
     if (SHAPES.includes(name)) this.tools.chooseShape(name);
     this.tools.choose(SHAPES.includes(name) ? "shape" : name);
   }

@@ -65,3 +65,14 @@ export function standsThere(pose, wanted, symmetry) {
   const yaw = 2 * Math.atan2(turn.y, turn.w);
   return Math.abs(yaw - step * Math.round(yaw / step)) <= most;
 }
+
+// Along the edges of a box from corner to corner, some twice.
+const WAY = [0, 1, 2, 3, 0, 4, 5, 1, 5, 6, 2, 6, 7, 3, 7, 4];
+
+/** A way along all edges of a box of x and y on its frame's origin, z high: numbers, Y up. */
+export function boxPath(x, y, z) {
+  const [a, b] = [x / 2, y / 2];
+  const corners = [0, z].flatMap((height) =>
+    [[-a, height, -b], [a, height, -b], [a, height, b], [-a, height, b]]);
+  return WAY.flatMap((corner) => corners[corner]);
+}

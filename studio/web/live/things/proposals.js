@@ -3,7 +3,7 @@
 import * as THREE from "three";
 import { dyno, SplatMesh } from "@sparkjsdev/spark";
 import { Line } from "shared/shapes.js";
-import { standsThere } from "live/things/poses.js";
+import { boxPath, standsThere } from "live/things/poses.js";
 
 const OPACITY = 0.5;
 const MET_OPACITY = 0.8; // before the object itself
@@ -20,6 +20,14 @@ export class Proposals {
     this.room = room;
     this.changed = changed;
     this.copies = new Map();
+    this.isOutlined = false;
+  }
+
+  /** Shows the edges of a box in place of a copy's splats, and of its footprint. */
+  outline(on) {
+    this.isOutlined = on;
+    for (const copy of this.copies.values()) copy.isMet = null;
+    this.step();
   }
 
   /** Shows a proposal as it is; null takes it away. */
@@ -86,14 +94,15 @@ export class Proposals {
     this.room.upright.add(group);
     const [a, b] = [x / 2, y / 2];
     const around = [[-a, -b], [a, -b], [a, b], [-a, b], [-a, -b]].flatMap(([u, v]) => [u, 0.01, v]);
-    const copy = { item, body, group, splats, tint, share, solid, edge, around, fields: null, isMet: null };
+    const copy = { item, body, group, splats, tint, share, solid, edge, around, edges: boxPath(x, y, z),
+      fields: null, isMet: null };
     this.copies.set(key, copy);
     return copy;
   }
 
   /** Colours a copy; whether that has changed. */
   #judge(copy) {
-    const { body, fields, splats, tint, share, edge, around } = copy;
+    const { body, fields, splats, tint, share, edge, around, edges } = copy;
     const isMet = body.pose !== undefined
       && standsThere(body.pose, fields.pose, body.item.symmetry ?? 1);
     if (isMet === copy.isMet) return false;
@@ -103,7 +112,7 @@ export class Proposals {
     share.value = isMet ? MET_TINT : TINT;
     splats.opacity = isMet ? MET_OPACITY : OPACITY;
     splats.updateVersion();
-    edge.show(around, colour);
+    edge.show(this.isOutlined ? edges : around, colour);
     return true;
   }
 

@@ -36,6 +36,30 @@ def meshing(scanned_package, headset):
     return found
 
 
+def test_cells_that_change_are_said_and_no_others(scanned_package, headset):
+    said = []
+    meshing = Meshing(
+        headset.meshes,
+        scanned_package,
+        world_from_device=lambda: WORLD_FROM_DEVICE,
+        clock=ManualClock(),
+        changed=said.append,
+    )
+    meshing.begin()
+    meshing.take(plate(0.02), WORLD_FROM_DEVICE)
+    assert not said, "the scan has that already"
+    meshing.take(plate(0.6), WORLD_FROM_DEVICE)
+    (cells,) = said
+    heights = np.concatenate([mesh.vertices[:, 2] for mesh in cells.values()])
+    assert np.allclose(heights, 0.6, atol=0.01)
+    assert sum(len(mesh.faces) for mesh in cells.values()) == len(meshing.hidden.faces)
+    meshing.take(plate(0.602, version=2), WORLD_FROM_DEVICE)
+    assert len(said) == 1, "a mesh trembles"
+    meshing.take(SurfaceGone("a", 0), WORLD_FROM_DEVICE)
+    assert said[1].keys() == cells.keys()
+    assert not any(len(mesh.faces) for mesh in said[1].values())
+
+
 def height(meshing, at=(0.0, 0.0, 1.0)):
     return meshing._twin.support_height(np.array(at))
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from random import Random
+from typing import NamedTuple
 
 LONGEST_NOISE = 256
 """Bytes of noise that are made at a time."""
@@ -17,8 +18,17 @@ LONGEST_INPUT = 1 << 14
 """Limit of one hostile input, bytes."""
 
 _LENGTHS = (0, 1, 3, 6, 7, 8, 0xFF, 0x7FFF, 0xFFFF, 1 << 20, 1 << 22, (1 << 22) + 1)
+"""Lengths at the limits of formats and of what is received."""
+
 _LIES = (*_LENGTHS, (1 << 31) - 1, 1 << 31, (1 << 32) - 1)
 """Lengths where a 32-bit field is damaged: small ones, limits, and the largest."""
+
+
+class _Input(NamedTuple):
+    """Bytes that are to be damaged, and all that a friendly device sends."""
+
+    data: bytes
+    valid: Sequence[bytes]
 
 
 def hostile_bytes(seed: int, valid: Sequence[bytes]) -> bytes:
@@ -31,7 +41,7 @@ def hostile_bytes(seed: int, valid: Sequence[bytes]) -> bytes:
     random = Random(seed)
     made = random.choice(valid)
     for _round in range(random.choice((1, 1, 1, 2, 3))):
-        made = random.choice(_DAMAGES)(random, made, valid)
+        made = random.choice(_DAMAGES)(random, _Input(made, valid))
     return made[:LONGEST_INPUT]
 
 
@@ -51,13 +61,13 @@ def hostile_stream(seed: int, valid: Sequence[bytes]) -> Iterator[bytes]:
         at += size
 
 
-def _noise(random: Random, _data: bytes, _valid: Sequence[bytes]) -> bytes:
+def _noise(random: Random, made: _Input) -> bytes:
     return random.randbytes(random.randint(0, LONGEST_NOISE))
 
 
-def _changed(random: Random, data: bytes, _valid: Sequence[bytes]) -> bytes:
+def _changed(random: Random, made: _Input) -> bytes:
     """Some bytes are others."""
-    out = bytearray(data)
+    out = bytearray(made.data)
     for _byte in range(random.randint(1, 8) if out else 0):
         out[random.randrange(len(out))] = random.choice(
             (0, 1, 0x7F, 0x80, 0xFF, random.getrandbits(8))
@@ -65,39 +75,39 @@ def _changed(random: Random, data: bytes, _valid: Sequence[bytes]) -> bytes:
     return bytes(out)
 
 
-def _cut(random: Random, data: bytes, _valid: Sequence[bytes]) -> bytes:
-    at = random.randint(0, len(data))
-    return data[:at] if random.random() < 0.7 else data[at:]
+def _cut(random: Random, made: _Input) -> bytes:
+    at = random.randint(0, len(made.data))
+    return made.data[:at] if random.random() < 0.7 else made.data[at:]
 
 
-def _spliced(random: Random, data: bytes, valid: Sequence[bytes]) -> bytes:
-    other = random.choice(valid)
-    return data[: random.randint(0, len(data))] + other[random.randint(0, len(other)) :]
+def _spliced(random: Random, made: _Input) -> bytes:
+    other = random.choice(made.valid)
+    return made.data[: random.randint(0, len(made.data))] + other[random.randint(0, len(other)) :]
 
 
-def _repeated(random: Random, data: bytes, _valid: Sequence[bytes]) -> bytes:
-    begin = random.randint(0, len(data))
-    piece = data[begin : begin + random.randint(1, 64)]
-    return data[:begin] + piece * random.randint(2, 40) + data[begin:]
+def _repeated(random: Random, made: _Input) -> bytes:
+    begin = random.randint(0, len(made.data))
+    piece = made.data[begin : begin + random.randint(1, 64)]
+    return made.data[:begin] + piece * random.randint(2, 40) + made.data[begin:]
 
 
-def _lied(random: Random, data: bytes, _valid: Sequence[bytes]) -> bytes:
+def _lied(random: Random, made: _Input) -> bytes:
     """Four bytes somewhere, often at the beginning or the end, are a length that is not true."""
-    at = random.choice((0, 0, max(0, len(data) - 40), random.randint(0, len(data))))
+    at = random.choice((0, 0, max(0, len(made.data) - 40), random.randint(0, len(made.data))))
     lie = random.choice(_LIES).to_bytes(4, "little")
-    return data[:at] + lie + data[at + 4 :]
+    return made.data[:at] + lie + made.data[at + 4 :]
 
 
-def _grown(random: Random, data: bytes, _valid: Sequence[bytes]) -> bytes:
-    at = random.randint(0, len(data))
-    return data[:at] + random.randbytes(random.randint(1, 32)) + data[at:]
+def _grown(random: Random, made: _Input) -> bytes:
+    at = random.randint(0, len(made.data))
+    return made.data[:at] + random.randbytes(random.randint(1, 32)) + made.data[at:]
 
 
-def _flat(random: Random, data: bytes, _valid: Sequence[bytes]) -> bytes:
-    return bytes([random.choice((0, 0x0A, 0x20, 0x5B, 0x7B, 0x80, 0xFF))]) * (len(data) % 600)
+def _flat(random: Random, made: _Input) -> bytes:
+    return bytes([random.choice((0, 0x0A, 0x20, 0x5B, 0x7B, 0x80, 0xFF))]) * (len(made.data) % 600)
 
 
-_DAMAGES: tuple[Callable[[Random, bytes, Sequence[bytes]], bytes], ...] = (
+_DAMAGES: tuple[Callable[[Random, _Input], bytes], ...] = (
     _noise,
     _changed,
     _changed,

@@ -1,0 +1,135 @@
+"""Surfaces that a headset alone sees, on the page: they hide what is behind, and rays end there."""
+
+import base64
+import time
+
+import numpy as np
+import pytest
+
+from devices.hub.mesh import MeshChannel
+from scenes.mesh import CollisionMesh
+
+READY = "document.documentElement?.dataset.state === 'ready'"
+NOTHING = CollisionMesh(np.zeros((0, 3)), np.zeros((0, 3)))
+
+
+def board(y, *, half=0.6):
+    """An upright square across the room, from 0.2 to 1.4 m, in cells as a hub takes it."""
+    corners = np.array([[-half, y, 0.2], [half, y, 0.2], [half, y, 1.4], [-half, y, 1.4]])
+    return {(0, 0, 0): CollisionMesh(corners, np.array([[0, 1, 2], [0, 2, 3]]))}
+
+
+@pytest.fixture
+def joined(page, hub):
+    page.visit(hub.invite().url, width=400, height=300)
+    page.wait_for("document.documentElement?.dataset.state === 'join'")
+    page.evaluate("document.getElementById('name').value = 'Ada'")
+    page.evaluate("document.getElementById('join-button').click()")
+    page.wait_for(READY)
+    page.wait_for("live.isWhole()")
+    page.evaluate(
+        "live.control.camera.position.set(0, -1.4, 0.8);"
+        "live.control.lookAt(live.room.camera.position.clone().set(0, 1.4, 0.8))"
+    )
+    # A ball before the back wall, as somebody may have put it there.
+    page.evaluate(
+        "live.bodies.show('ball', { shape: 'sphere', size: [0.5, 0.5, 0.5], colour: [0.1, 0.3, 1],"
+        " pose: [0, 0.55, -0.9, 0, 0, 0, 1] })"
+    )
+    return page
+
+
+def seen_of(page):
+    """Pixels that are blue as the ball, and the mean colour in the middle of the room's picture."""
+    return page.evaluate(
+        "(() => { live.room.render(); const { canvas } = live.tools; "
+        "const copy = new OffscreenCanvas(canvas.width, canvas.height).getContext('2d');"
+        "copy.drawImage(canvas, 0, 0); const { width, height } = canvas;"
+        "const { data } = copy.getImageData(0, 0, width, height); let blue = 0;"
+        "for (let i = 0; i < data.length; i += 4) {"
+        " if (data[i + 2] > 90 && data[i + 2] > 2 * data[i]) blue += 1; }"
+        "const middle = [0, 0, 0]; for (let y = -9; y < 10; y++) for (let x = -9; x < 10; x++) {"
+        " const at = 4 * (Math.round(height / 2 + y) * width + Math.round(width / 2 + x));"
+        " for (let k = 0; k < 3; k++) middle[k] += data[at + k] / 361; }"
+        "return [blue, middle]; })()"
+    )
+
+
+def ray_end(page):
+    """Place (y up) where a ray of the eye, straight ahead, ends."""
+    return page.evaluate("live.tools.pick(innerWidth / 2, innerHeight / 2)")
+
+
+def test_it_hides_what_is_behind_it_and_nothing_of_the_room(joined, hub):
+    page = joined
+    page.wait_for("live.bodies.meshes.size === 1")
+    seen, ball = seen_of(page)
+    assert seen > 300
+    # Without any, nothing is drawn for it.
+    assert page.evaluate("live.room.hidden.parts.map((part) => part.visible)") == [False] * 3
+    # The wall behind: splats of the room, with the ball taken away.
+    page.evaluate("live.bodies.show('ball', null)")
+    deadline = time.monotonic() + 20.0
+    while min(wall := seen_of(page)[1]) < 100:  # splats are sorted a moment after the view turned
+        assert time.monotonic() < deadline, wall
+    assert np.abs(np.subtract(wall, ball)).max() > 40
+    page.evaluate(
+        "live.bodies.show('ball', { shape: 'sphere', size: [0.5, 0.5, 0.5], colour: [0.1, 0.3, 1],"
+        " pose: [0, 0.55, -0.9, 0, 0, 0, 1] })"
+    )
+
+    hub.hide_behind(board(0.3))
+    page.wait_for("live.room.hidden.cells.size === 1 && live.room.hidden.parts[0].visible")
+    blue, middle = seen_of(page)
+    assert blue < 0.02 * seen
+    assert np.abs(np.subtract(middle, wall)).max() < 4, "the wall is seen, not a hole"
+
+    # What stands before it is seen.
+    hub.hide_behind({(0, 0, 0): NOTHING, **{(0, 0, 1): board(1.3)[0, 0, 0]}})
+    page.wait_for("live.room.hidden.cells.has('0 0 1') && !live.room.hidden.cells.has('0 0 0')")
+    assert seen_of(page)[0] > 0.9 * seen
+    assert page.messages == []
+
+
+def test_rays_end_on_it(joined, hub):
+    page = joined
+    page.evaluate("live.bodies.show('ball', null)")
+    assert ray_end(page)[2] < -1.3
+    hub.hide_behind(board(0.3))
+    page.wait_for("live.room.hidden.cells.size === 1")
+    assert ray_end(page)[2] == pytest.approx(-0.29, abs=0.02)
+    hub.hide_behind({(0, 0, 0): NOTHING})
+    page.wait_for("live.room.hidden.cells.size === 0")
+    assert ray_end(page)[2] < -1.3
+    page.wait_for("!live.room.hidden.parts[0].visible")
+
+
+def test_who_comes_later_or_again_gets_all_that_is_there(page, hub):
+    hub.hide_behind(board(0.3))
+    hub.hide_behind({(0, 0, 1): NOTHING, (0, 1, 0): board(0.5)[0, 0, 0]})
+    page.visit(hub.invite().url, width=400, height=300)
+    page.wait_for("document.documentElement?.dataset.state === 'join'")
+    page.evaluate("document.getElementById('name').value = 'Ada'")
+    page.evaluate("document.getElementById('join-button').click()")
+    page.wait_for(READY)
+    page.wait_for("live.room.hidden.cells.size === 2")
+    page.evaluate("live.link.socket.close()")
+    page.wait_for("live.link.isOpen")
+    page.wait_for("live.room.hidden.cells.size === 2 && !live.room.hidden.isOld")
+
+
+def test_a_damaged_message_changes_nothing(joined):
+    page = joined
+    channel = MeshChannel()
+    channel.take(board(0.3))
+    _, whole = channel.next_after(0)
+    far, wrong = bytearray(whole), bytearray(whole)
+    far[14:18] = np.float32(1e9).tobytes()
+    wrong[-2:] = (77).to_bytes(2, "little")
+    for data in (whole[:-1], whole + b"\0", bytes(far), bytes(wrong), whole[:4]):
+        text = base64.b64encode(data).decode()
+        page.evaluate(
+            f"live.room.hidden.take(Uint8Array.from(atob('{text}'), (c) => c.charCodeAt(0)).buffer)"
+        )
+    assert page.evaluate("[live.room.hidden.damaged, live.room.hidden.cells.size]") == [5, 0]
+    assert page.messages == []
