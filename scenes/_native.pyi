@@ -415,6 +415,43 @@ class ComparisonTerms(TypedDict):
     most_misfit: float
     occluded: float
 
+class KernelDrawing(TypedDict):
+    """Clouds that a kernel draws itself, by whom, through which lens and how."""
+
+    engine: Engine
+    clouds: list[PreparedCloud]
+    lens: Lens
+    draw: Draw
+
+class ComparedBody(TypedDict):
+    """An object: the corners of its box (m, its own frame), and by level what is drawn of it.
+
+    A level is drawn as scanned, and coloured by where it faces.
+    """
+
+    corners: list[list[float]]
+    radius_m: float
+    levels: list[tuple[PreparedCloud, PreparedCloud]]
+
+class ComparedPoses(TypedDict):
+    """Poses: (N, 12) row-major 3×4, radii in px of the window, and levels; and how to compare.
+
+    The constants are those of `tracking.likelihood.drawn_object` and `pose_likelihood`.
+    """
+
+    camera_from_object: NDArray[np.float64]
+    radius_px: NDArray[np.float64]
+    level: list[int]
+    margin_px: float
+    ring: float
+    fine_px: int
+    reach: float
+    shared_px: float
+    shared_m: float
+    sigma: float
+    most_misfit: float
+    occluded: float
+
 class PoseLikelihood:
     """How far a window speaks for poses; the twin is `tests.twins.likelihood`."""
 
@@ -423,6 +460,15 @@ class PoseLikelihood:
         self, window: ObservedWindow, drawn: ComparedPictures, terms: ComparisonTerms
     ) -> tuple[float, float, float, float, float, float]:
         """Nats, samples, open, matched and unknown fractions, area in px²."""
+
+    def supports(
+        self,
+        window: ObservedWindow,
+        body: ComparedBody,
+        poses: ComparedPoses,
+        drawing: KernelDrawing,
+    ) -> list[tuple[float, float, float, float, float, float]]:
+        """`support` of an object at each of some poses, each placed and drawn here."""
 
 class DrawnArrays(TypedDict):
     """An object drawn alone."""

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from scenes import _native
     from scenes._native import Probe, Tape
 
+
 KEPT_CLOUDS = 64
 """Prepared clouds a renderer keeps; the one not drawn for longest goes first."""
 
@@ -199,6 +200,22 @@ class NativeRenderer:
             draw=draw_of(options),
         )
 
+    def drawn_by_kernel(
+        self, clouds: Sequence[SplatCloud], *, camera: Pinhole | Fisheye, options: RenderOptions
+    ) -> _native.KernelDrawing:
+        """Clouds as a kernel takes them that draws each of them alone on black, whole, itself.
+
+        `tracking.likelihood.pose_likelihood.pose_supports` hands them over.
+        """
+        refuse_parts(options, "what is compared is drawn whole")
+        check_view(camera, options)
+        return {
+            "engine": self._engine,
+            "clouds": [self._prepared(cloud, index) for index, cloud in enumerate(clouds)],
+            "lens": lens_of(camera),
+            "draw": draw_of(options),
+        }
+
     def _check(
         self,
         objects: Sequence[PosedSplats],
@@ -295,6 +312,18 @@ def _camera_from_objects(
         row[:, :3] = renormalised(rotation_from_world @ placed.rotation)
         row[:, 3] = rotation_from_world @ placed.translation + origin
     return poses.reshape(-1, 12)
+
+
+def cameras_from_objects(poses: Sequence[Pose], world_from_camera: Pose) -> NDArray[np.float64]:
+    """(N, 12) row-major 3×4 of `world_from_object` poses in a camera, all at once."""
+    camera_from_world = world_from_camera.inverse()
+    rotations = camera_from_world.rotation @ np.array([pose.rotation for pose in poses])
+    squares = rotations @ rotations.transpose(0, 2, 1)
+    rows = np.empty((len(poses), 3, 4), dtype=np.float64)
+    rows[:, :, :3] = 1.5 * rotations - 0.5 * squares @ rotations
+    places = np.array([pose.translation for pose in poses])
+    rows[:, :, 3] = places @ camera_from_world.rotation.T + camera_from_world.translation
+    return rows.reshape(-1, 12)
 
 
 def lens_of(camera: Pinhole | Fisheye) -> _native.Lens:

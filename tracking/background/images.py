@@ -230,11 +230,14 @@ def expose(background_image: FloatArray, exposure: Exposure, *, radius2: FloatAr
         exposure: of the lens it comes from.
         radius2: (H, W) squared distance from the lens's centre, 1 at the border.
     """
-    falloff = exposure.falloff.astype(np.float32)
-    gain = exposure.gain.astype(np.float32) + radius2[..., None].astype(np.float32) * falloff
-    return np.asarray(
-        background_image * gain + exposure.offset.astype(np.float32), dtype=np.float32
-    )
+    falloff, offset = exposure.falloff.astype(np.float32), exposure.offset.astype(np.float32)
+    gain, radius2 = exposure.gain.astype(np.float32), radius2.astype(np.float32)
+    exposed = np.empty(background_image.shape, dtype=np.float32)
+    # By channel: numpy takes thrice as long where its innermost loop runs over three values.
+    for channel in range(3):
+        here = gain[channel] + radius2 * falloff[channel]
+        exposed[..., channel] = background_image[..., channel] * here + offset[channel]
+    return exposed
 
 
 def difference(live: FloatArray, expected: FloatArray, noise: FloatArray) -> Difference:

@@ -32,7 +32,7 @@ from tracking.hypotheses.proposals import (
 from tracking.hypotheses.refinement import START_SIGMA, refine
 from tracking.hypotheses.search import HOPELESS_NATS, ObjectWindow, judge_in_any_light
 from tracking.likelihood.pixel_model import EXACTLY, ROUGHLY, Tolerance
-from tracking.likelihood.pose_likelihood import pose_support
+from tracking.likelihood.pose_likelihood import pose_supports
 from tracking.model.object_model import TrackModel
 from tracking.model.symmetry import ROUND
 from tracking.model.templates import compare
@@ -131,17 +131,18 @@ class Surroundings:
         """Of the surroundings."""
         return self.look.levels[0]
 
-    def log_odds(self, world_from_object: Pose, *, tolerance: Tolerance = EXACTLY) -> float:
-        """Log odds of the object, drawn coarsely, at a pose."""
-        support = pose_support(
+    def log_odds(self, poses: Sequence[Pose], *, tolerance: Tolerance = EXACTLY) -> list[float]:
+        """Log odds of the object, drawn coarsely, at each of some poses."""
+        supports = pose_supports(
             self.observation,
             self.model,
-            world_from_object,
-            self.scene.renderer,
+            poses=poses,
+            renderer=self.scene.renderer,
             tolerance=tolerance,
             is_coarse=True,
         )
-        return support.nats + self.expected.log_prior(self.model, world_from_object)
+        priors = (self.expected.log_prior(self.model, pose) for pose in poses)
+        return [support.nats + prior for support, prior in zip(supports, priors, strict=True)]
 
 
 def born(
@@ -162,7 +163,7 @@ def born(
     climbed = _climbed(around, starts)
     likely = [pose for odds, pose in climbed if odds > climbed[0][0] - HOPELESS_NATS]
     found: list[tuple[Hypothesis, ObjectWindow]] = []
-    for pose in _apart(model, likely)[:REFINED]:
+    for pose in _apart(model, likely, count=REFINED):
         view = _view(scene, model, around=pose, radius_m=model.radius_m, wanted_px=REFINED_PX)
         evidence = gather(scene, model, view, neighbours)
         window = ObjectWindow(evidence, observe(scene, evidence))
@@ -242,10 +243,12 @@ def _places(around: Surroundings) -> Points:
     return places[order[share[order] > MIN_CHANGED]]
 
 
-def _apart(model: TrackModel, poses: Sequence[Pose]) -> list[Pose]:
-    """Poses without those that say the same as one before them."""
+def _apart(model: TrackModel, poses: Sequence[Pose], *, count: int) -> list[Pose]:
+    """The first so many poses, without those that say the same as one before them."""
     kept: list[Pose] = []
     for pose in poses:
+        if len(kept) == count:
+            break
         if all(is_other(model, pose, other) for other in kept):
             kept.append(pose)
     return kept
@@ -257,42 +260,57 @@ Ranked = tuple[float, Pose]
 
 def _climbed(around: Surroundings, starts: Sequence[Pose]) -> list[Ranked]:
     """The likeliest starts, climbed: the best of all a sweep, the best of those another one."""
-    rough = sorted(starts, key=lambda pose: -around.log_odds(pose, tolerance=ROUGHLY))
-    poses = _apart(around.model, rough)
-    climbed: list[Ranked] = []
+    rough = around.log_odds(starts, tolerance=ROUGHLY)
+    order = sorted(range(len(starts)), key=lambda index: -rough[index])
+    poses = _apart(around.model, [starts[index] for index in order], count=CLIMBED[0])
+    climbed: list[Ranked] = list(zip(around.log_odds(poses), poses, strict=True))
     for count, step in zip(CLIMBED, CLIMB_STEPS, strict=True):
-        climbed = sorted(
-            (climb(around, pose, step=step) for pose in poses[:count]), key=lambda item: -item[0]
-        )
-        poses = [pose for _, pose in climbed]
+        climbed = climb(around, climbed[:count], step=step)
+        climbed.sort(key=lambda item: -item[0])
     return climbed
 
 
-def climb(around: Surroundings, world_from_start: Pose, *, step: float) -> Ranked:
-    """The likeliest pose reached from a start by a sweep over its coordinates.
+def climb(around: Surroundings, starts: Sequence[Ranked], *, step: float) -> list[Ranked]:
+    """The likeliest poses reached from some starts, each by a sweep over its coordinates.
 
     Along each coordinate the likeliest of three poses, or of the parabola through them.
 
     Args:
         around: the surroundings.
-        world_from_start: where to begin; what stands there is not lifted.
+        starts: where to begin; what stands there is not lifted.
         step: in radii of the object, and rad.
     """
-    pose = world_from_start
-    best = around.log_odds(pose)
-    for axis in _axes(around, pose):
-        beside = [axis.moved(pose, sign * step) for sign in (-1.0, 1.0)]
-        low, high = map(around.log_odds, beside)
-        tried = list(zip((low, high), beside, strict=True))
-        bend = 2.0 * best - low - high
+    best = list(starts)
+    axes = [_axes(around, world_from_start) for _, world_from_start in starts]
+    for turn in range(max(map(len, axes), default=0)):
+        moving = [(index, some[turn]) for index, some in enumerate(axes) if turn < len(some)]
+        moves = _likeliest_along(around, [(axis, best[index]) for index, axis in moving], step=step)
+        for (index, _), found in zip(moving, moves, strict=True):
+            best[index] = found
+    return best
+
+
+def _likeliest_along(
+    around: Surroundings, moving: Sequence[tuple[Axis, Ranked]], *, step: float
+) -> list[Ranked]:
+    """The likeliest of each pose and those along its coordinate."""
+    beside = [axis.moved(pose, sign * step) for axis, (_, pose) in moving for sign in (-1.0, 1.0)]
+    tried = list(zip(around.log_odds(beside), beside, strict=True))
+    found = [
+        max([here, *tried[2 * index : 2 * index + 2]], key=lambda item: item[0])
+        for index, (_, here) in enumerate(moving)
+    ]
+    tops: list[tuple[int, Pose]] = []
+    for index, (axis, (odds, pose)) in enumerate(moving):
+        (low, _), (high, _) = tried[2 * index : 2 * index + 2]
+        bend = 2.0 * odds - low - high
         top = 0.5 * (high - low) / bend if bend > 0.0 else 0.0
         if MIN_TOP < abs(top) < 1.0:
-            between = axis.moved(pose, top * step)
-            tried.append((around.log_odds(between), between))
-        odds, other = max(tried, key=lambda item: item[0])
-        if odds > best:
-            best, pose = odds, other
-    return best, pose
+            tops.append((index, axis.moved(pose, top * step)))
+    between = around.log_odds([pose for _, pose in tops])
+    for (index, pose), odds in zip(tops, between, strict=True):
+        found[index] = max(found[index], (odds, pose), key=lambda item: item[0])
+    return found
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -13,7 +13,12 @@ from scenes.cameras import Fisheye
 from scenes.pose import Pose
 from tracking.background.images import expose
 from tracking.evidence.evidence import Neighbour, Scene
-from tracking.evidence.observation import Observation, observation_of, with_layers
+from tracking.evidence.observation import (
+    Observation,
+    laid_over,
+    observation_of,
+    with_layers,
+)
 from tracking.hypotheses.budget import FrameBudget, Step
 from tracking.kernels.native import KERNELS
 from tracking.model.object_model import TrackModel
@@ -146,10 +151,9 @@ def _look(scene: Scene, lens_index: int, shown: _Changed, whole: _Whole) -> Lens
     """Compare a shrunk lens picture with the room, at all levels."""
     lens = scene.frame.rig.lenses[lens_index]
     shrink, size = _shrunk_size(lens)
-    others = whole.alpha[..., None]
     level = observation_of(
         shown.live,
-        np.asarray(others * shown.live + (1.0 - others) * whole.room, np.float32),
+        laid_over(whole.room, shown.live, alpha=whole.alpha),
         whole.expected,
         shown.changed,
         hidden=np.zeros_like(shown.changed),

@@ -16,7 +16,7 @@ from tracking.hypotheses.budget import FrameBudget, Step
 from tracking.hypotheses.hypothesis import Hypothesis
 from tracking.likelihood.drawn_object import radius_px
 from tracking.likelihood.patch_fit import fit_patch_closely, fit_patch_roughly
-from tracking.likelihood.pose_likelihood import pose_support
+from tracking.likelihood.pose_likelihood import pose_support, pose_supports
 from tracking.model.object_model import TrackModel
 from tracking.model.symmetry import ROUND
 from tracking.solve.gauss_newton import Fit, Prior, judge, solve
@@ -112,10 +112,9 @@ def _likelier(
     scene: Scene, model: TrackModel, observation: Observation, fits: Sequence[Fit]
 ) -> Hypothesis:
     """The fit that the picture speaks for most."""
-    supported = [
-        Hypothesis(fit, pose_support(observation, model, fit.world_from_object, scene.renderer))
-        for fit in fits
-    ]
+    poses = [fit.world_from_object for fit in fits]
+    found = pose_supports(observation, model, poses=poses, renderer=scene.renderer)
+    supported = [Hypothesis(fit, support) for fit, support in zip(fits, found, strict=True)]
     return max(supported, key=lambda hypothesis: hypothesis.support.nats)
 
 
@@ -128,8 +127,8 @@ def _likeliest(
     poses: Sequence[Pose],
 ) -> Hypothesis:
     """A hypothesis, or a pose that the picture speaks for more."""
-    for pose in poses:
-        support = pose_support(observation, model, pose, scene.renderer)
+    found = pose_supports(observation, model, poses=poses, renderer=scene.renderer)
+    for pose, support in zip(poses, found, strict=True):
         if support.nats > best.support.nats:
             best = Hypothesis(fit_at(scene, model, evidence, pose), support)
     return best

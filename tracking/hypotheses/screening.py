@@ -16,7 +16,7 @@ from tracking.hypotheses.lens_look import LensLook
 from tracking.hypotheses.proposals import Similarity, cuts_at, proposed
 from tracking.hypotheses.refinement import ALIGNED_PX, align
 from tracking.likelihood.pixel_model import ROUGHLY
-from tracking.likelihood.pose_likelihood import pose_support
+from tracking.likelihood.pose_likelihood import pose_supports
 from tracking.model.object_model import TrackModel
 from tracking.model.templates import Cuts, compare
 
@@ -91,17 +91,24 @@ def screen(
 def _score_all(
     scene: Scene, model: TrackModel, looks: Sequence[LensLook], starts: Sequence[tuple[Pose, int]]
 ) -> list[Rough]:
-    """Rough likelihoods of some proposals."""
-    return [score_roughly(scene, model, looks, pose, lens) for pose, lens in starts]
+    """Rough likelihoods of some proposals, those of one level of a look all at once."""
+    seen_in = [_level(looks[lens], model, pose) for pose, lens in starts]
+    nats = np.zeros(len(starts))
+    for observation in {id(seen): seen for seen in seen_in}.values():
+        here = [index for index, seen in enumerate(seen_in) if seen is observation]
+        poses = [starts[index][0] for index in here]
+        found = pose_supports(
+            observation, model, poses=poses, renderer=scene.renderer, tolerance=ROUGHLY
+        )
+        nats[here] = [support.nats for support in found]
+    return [(float(value), *start) for value, start in zip(nats, starts, strict=True)]
 
 
 def score_roughly(
     scene: Scene, model: TrackModel, looks: Sequence[LensLook], world_from_object: Pose, lens: int
 ) -> Rough:
     """A pose with its rough likelihood in one of some looks."""
-    observation = _level(looks[lens], model, world_from_object)
-    support = pose_support(observation, model, world_from_object, scene.renderer, tolerance=ROUGHLY)
-    return support.nats, world_from_object, lens
+    return _score_all(scene, model, looks, [(world_from_object, lens)])[0]
 
 
 def _level(look: LensLook, model: TrackModel, pose: Pose) -> Observation:

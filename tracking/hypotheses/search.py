@@ -23,7 +23,7 @@ from tracking.hypotheses.proposals import places_on
 from tracking.hypotheses.refinement import align_coarsely, climb, refine
 from tracking.hypotheses.screening import Rough, propose, screen
 from tracking.likelihood.pixel_model import ROUGHLY
-from tracking.likelihood.pose_likelihood import pose_support
+from tracking.likelihood.pose_likelihood import pose_support, pose_supports
 from tracking.model.object_model import TrackModel
 from tracking.model.symmetry import ROUND
 
@@ -197,10 +197,10 @@ def _likeliest_yaws(
 def _rough_nats(
     scene: Scene, model: TrackModel, window: ObjectWindow, poses: Sequence[Pose]
 ) -> list[float]:
-    return [
-        pose_support(window.observation, model, at, scene.renderer, tolerance=ROUGHLY).nats
-        for at in poses
-    ]
+    found = pose_supports(
+        window.observation, model, poses=poses, renderer=scene.renderer, tolerance=ROUGHLY
+    )
+    return [support.nats for support in found]
 
 
 def align_in_window(
@@ -208,11 +208,9 @@ def align_in_window(
 ) -> Turned:
     """A pose aligned at the window's own resolution, or the start if that is likelier."""
     observation = window.observation
-    moved = align_coarsely(observation, model, world_from_start, scene)
-    tried = [
-        (pose_support(observation, model, pose, scene.renderer).nats, pose, window)
-        for pose in (world_from_start, moved)
-    ]
+    poses = (world_from_start, align_coarsely(observation, model, world_from_start, scene))
+    found = pose_supports(observation, model, poses=poses, renderer=scene.renderer)
+    tried = [(support.nats, pose, window) for support, pose in zip(found, poses, strict=True)]
     return max(tried, key=lambda item: item[0])
 
 

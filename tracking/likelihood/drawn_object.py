@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from scenes.cameras import Fisheye
 from scenes.pose import Pose
 from scenes.render.renderer import PosedSplats, Renderer, Rendering
 from scenes.splats import SplatCloud
 from tracking.evidence.observation import Observation
-from tracking.model.object_model import RENDER_OPTIONS, TrackModel
+from tracking.model.object_model import RENDER_OPTIONS, DetailLevel, TrackModel
 from tracking.window.extent import part_of
 
 MARGIN_PX = 4
@@ -86,6 +88,35 @@ def radius_px(observation: Observation, model: TrackModel, world_from_object: Po
     eye = observation.world_from_camera.translation
     range_m = float(np.linalg.norm(model.centre_at(world_from_object) - eye))
     return observation.camera.f_px * model.radius_m / max(range_m, model.radius_m)
+
+
+def radii_at(
+    observation: Observation, model: TrackModel, *, poses: Sequence[Pose]
+) -> NDArray[np.float64]:
+    """(N,) `radius_px` of an object at each of some poses."""
+    rotations = np.array([pose.rotation for pose in poses])
+    places = np.array([pose.translation for pose in poses])
+    away = rotations @ model.centre_m + places - observation.world_from_camera.translation
+    range_m = np.sqrt((away * away).sum(axis=1))
+    radii = observation.camera.f_px * model.radius_m / np.maximum(range_m, model.radius_m)
+    return np.asarray(radii, dtype=np.float64)
+
+
+def levels_for(
+    model: TrackModel, radii_px: NDArray[np.float64], *, is_coarse: bool
+) -> tuple[list[DetailLevel], list[int]]:
+    """The levels of detail that an object is drawn with at some sizes, and by size which of them.
+
+    Args:
+        model: the object.
+        radii_px: (N,) of it in the picture.
+        is_coarse: whether fewer splats will do.
+    """
+    share = COARSE if is_coarse else 1.0
+    limits_px = [level.max_radius_px for level in model.levels]
+    wanted = np.searchsorted(limits_px, share * radii_px)
+    used, which = np.unique(wanted, return_inverse=True)
+    return [model.levels[index] for index in used], which.tolist()
 
 
 def _part(

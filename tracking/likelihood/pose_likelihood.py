@@ -18,15 +18,26 @@ surroundings do not predict those.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from scenes.pose import Pose
+from scenes.render.native import NativeRenderer, cameras_from_objects
 from scenes.render.renderer import Renderer
 from tracking.evidence.observation import Observation
 from tracking.kernels.native import PoseLikelihood
-from tracking.likelihood.drawn_object import RING, DrawnObject, draw_object, radius_px
+from tracking.likelihood.drawn_object import (
+    FINE_PX,
+    MARGIN_PX,
+    RING,
+    DrawnObject,
+    draw_object,
+    levels_for,
+    radii_at,
+    radius_px,
+)
 from tracking.likelihood.pixel_model import (
     EXACTLY,
     NOT_IN_VIEW,
@@ -36,7 +47,7 @@ from tracking.likelihood.pixel_model import (
     Tolerance,
     for_native,
 )
-from tracking.model.object_model import TrackModel
+from tracking.model.object_model import RENDER_OPTIONS, TrackModel
 
 if TYPE_CHECKING:
     from tracking.kernels.native import ComparedPictures, ObservedWindow
@@ -75,6 +86,63 @@ def pose_support(
         return NOT_IN_VIEW
     terms = terms_of(observation, model, world_from_object, tolerance)
     return support_of(observation, drawn, terms)
+
+
+def pose_supports(
+    observation: Observation,
+    model: TrackModel,
+    *,
+    poses: Sequence[Pose],
+    renderer: NativeRenderer,
+    tolerance: Tolerance = EXACTLY,
+    is_coarse: bool = False,
+) -> list[PoseSupport]:
+    """`pose_support` of an object at each of some poses, in one native call.
+
+    The arithmetic is the same, but poses in the camera and radii are rounded otherwise in their
+    last bits.
+
+    Args:
+        observation: of a window around the poses.
+        model: the object.
+        poses: `world_from_object`.
+        renderer: draws splats.
+        tolerance: how exactly a pose has to be right.
+        is_coarse: whether the object is drawn coarsely, for poses that are compared in hundreds.
+    """
+    if not poses:
+        return []
+    radii_px = radii_at(observation, model, poses=poses)
+    levels, level_of_pose = levels_for(model, radii_px, is_coarse=is_coarse)
+    drawing = renderer.drawn_by_kernel(
+        [cloud for level in levels for cloud in (level.splats, level.relightable.compass)],
+        camera=observation.camera,
+        options=RENDER_OPTIONS,
+    )
+    found = LIKELIHOOD.supports(
+        _window(observation),
+        {
+            "corners": model.corners_m.tolist(),
+            "radius_m": model.radius_m,
+            "levels": list(zip(drawing["clouds"][::2], drawing["clouds"][1::2], strict=True)),
+        },
+        {
+            "camera_from_object": cameras_from_objects(poses, observation.world_from_camera),
+            "radius_px": radii_px,
+            "level": level_of_pose,
+            "margin_px": MARGIN_PX,
+            "ring": RING,
+            "fine_px": 0 if is_coarse else FINE_PX,
+            "reach": UNKNOWN_REACH,
+            "shared_px": SHARED_PX / observation.lens_px,
+            "shared_m": SHARED_M,
+            "sigma": tolerance.sigma,
+            "most_misfit": tolerance.most_misfit,
+            "occluded": tolerance.occluded,
+        },
+        drawing,
+    )
+    return [PoseSupport(*said) for said in found]
 
 
 def terms_of(

@@ -129,9 +129,14 @@ class TrackModel:
         """(3,) centre of the object in the world at a pose."""
         return world_from_object @ self.centre_m
 
+    @property
+    def corners_m(self) -> NDArray[np.float64]:
+        """(8, 3) corners of the object's box in its own frame."""
+        return self.centre_m + 0.5 * CORNERS * np.array(self.source.box_m)
+
     def box_at(self, world_from_object: Pose) -> NDArray[np.float64]:
         """(8, 3) corners of the object's box in the world at a pose."""
-        return world_from_object @ (self.centre_m + 0.5 * CORNERS * np.array(self.source.box_m))
+        return world_from_object @ self.corners_m
 
     def are_same(self, turn_rad: NDArray[np.float64]) -> NDArray[np.bool_]:
         """(N,) whether turns about up (rad) leave it looking the same."""

@@ -71,6 +71,14 @@ impl Lens for Fisheye {
     fn circle(&self) -> Option<(f64, [f64; 2])> {
         Some((self.focal * self.max_angle, self.centre))
     }
+
+    fn of_part(&self, corner: [f64; 2], _: [f64; 2], finer: f64) -> Self {
+        Fisheye {
+            focal: finer * self.focal,
+            centre: std::array::from_fn(|axis| finer * (self.centre[axis] - corner[axis])),
+            ..*self
+        }
+    }
 }
 
 impl Curved for Fisheye {

@@ -183,6 +183,15 @@ impl Lens for KannalaBrandt {
     fn circle(&self) -> Option<(f64, [f64; 2])> {
         Some((self.focal * self.edge, self.centre))
     }
+
+    /// Angles stay what they are, so the tables do.
+    fn of_part(&self, corner: [f64; 2], _: [f64; 2], finer: f64) -> Self {
+        KannalaBrandt {
+            focal: finer * self.focal,
+            centre: std::array::from_fn(|axis| finer * (self.centre[axis] - corner[axis])),
+            ..self.clone()
+        }
+    }
 }
 
 impl Curved for KannalaBrandt {

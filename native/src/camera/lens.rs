@@ -62,4 +62,10 @@ pub trait Lens: Sync {
 
     /// Radius of the lens circle in pixels and its centre, or None if the picture is filled.
     fn circle(&self) -> Option<(f64, [f64; 2])>;
+
+    /// The lens of a part of its picture, `size` pixels from `corner` on, drawn with `finer` pixels
+    /// each way per pixel.
+    fn of_part(&self, corner: [f64; 2], size: [f64; 2], finer: f64) -> Self
+    where
+        Self: Sized;
 }

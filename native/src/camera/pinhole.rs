@@ -109,6 +109,15 @@ impl Lens for Pinhole {
     fn circle(&self) -> Option<(f64, [f64; 2])> {
         None
     }
+
+    fn of_part(&self, corner: [f64; 2], [width, height]: [f64; 2], finer: f64) -> Self {
+        Pinhole {
+            width: finer * width,
+            height: finer * height,
+            focal: self.focal.map(|focal| finer * focal),
+            centre: std::array::from_fn(|axis| finer * (self.centre[axis] - corner[axis])),
+        }
+    }
 }
 
 impl Curved for Pinhole {

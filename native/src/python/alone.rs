@@ -10,7 +10,7 @@ use crate::python::cloud::PreparedCloud;
 use crate::python::engine::Engine;
 use crate::python::lens::{with_lens, AnyLens, LensRequest};
 use crate::python::request::{pool_of, DrawRequest};
-use crate::render::alone::{Alone as PlainAlone, Drawing};
+use crate::render::alone::{Alone as PlainAlone, Drawer, Drawing};
 use crate::scene::cloud::Cloud;
 
 /// A cloud drawn alone on black through one camera.
@@ -102,6 +102,8 @@ impl Alone {
     /// Draws the cloud at x, y, z and yaw of its pose in the world.
     pub(crate) fn draw(&self, upright: [f64; 4], pool: &ThreadPool, drawing: &mut Drawing) {
         let Engine { engine, simd, .. } = self.engine.get();
-        with_lens!(&self.lens, lens => self.alone.draw(upright, lens, engine, *simd, pool, drawing));
+        let simd = *simd;
+        let drawer = Drawer { engine, simd, pool };
+        with_lens!(&self.lens, lens => self.alone.draw(upright, lens, &drawer, drawing));
     }
 }

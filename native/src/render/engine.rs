@@ -51,6 +51,27 @@ impl Engine {
         self.give_back(scratch);
     }
 
+    /// Draws an object without wide splats, and again in other colours, by a splat's index in its
+    /// cloud: as the splats that have one would be drawn alone.
+    pub fn render_twice<L: Lens>(
+        &self,
+        object: PosedCloud,
+        colours: &[Option<[f32; 3]>],
+        lens: &L,
+        job: &Job,
+        [first, second]: [&mut Picture; 2],
+    ) {
+        let mut scratch = self.borrow_scratch();
+        let objects = [object];
+        job.pool.install(|| {
+            scratch.list_splats(&objects, lens, job);
+            blend_all::<L, false>(&objects, lens, job, &scratch, first);
+            scratch.recolour(colours);
+            blend_all::<L, false>(&objects, lens, job, &scratch, second);
+        });
+        self.give_back(scratch);
+    }
+
     /// Left, top, right and bottom of the tiles that any splat touches, in pixels; None if none does.
     pub fn reach<L: Lens>(
         &self,

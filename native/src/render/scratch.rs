@@ -13,6 +13,9 @@ use crate::project::wide;
 use crate::render::job::Job;
 use crate::scene::cloud::CHUNK;
 
+/// Log2 of an opacity that shows in no pixel.
+const INVISIBLE: f32 = -1e3;
+
 /// Buffers kept between pictures; their contents mean nothing.
 #[derive(Default)]
 pub(crate) struct Scratch {
@@ -51,6 +54,19 @@ impl Scratch {
                 } else {
                     [0.0, 0.0, record.depth]
                 };
+            }
+        }
+    }
+
+    /// Gives splats the colours that they have by their index in their cloud; those without one are
+    /// drawn no more.
+    pub(crate) fn recolour(&mut self, colours: &[Option<[f32; 3]>]) {
+        for (place, group) in self.groups.iter().enumerate() {
+            for record in &mut self.records[place * CHUNK..place * CHUNK + group.count] {
+                match colours[record.index as usize] {
+                    Some(colour) => record.colour = colour,
+                    None => record.log2_opacity = INVISIBLE,
+                }
             }
         }
     }

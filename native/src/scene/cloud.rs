@@ -35,7 +35,7 @@ pub struct SplatArrays<'a> {
 }
 
 /// A splat as given, for the few samples that need it exactly.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq)]
 pub struct Original {
     pub mean: [f32; 3],
     pub scale: [f32; 3],

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from scenes.pose import Pose
-from tracking.hypotheses.births import Expected, born
+from tracking.hypotheses.births import CLIMB_STEPS, Expected, born, climb, starts_in, surroundings
 from tracking.hypotheses.hypothesis import CLEAR_NATS, apart
 
 SUPPORTS_M = (0.0, 0.74, 0.89)
@@ -60,3 +60,20 @@ def test_to_be_in_the_air_takes_clear_odds(table):
     lifted = Pose(pose.rotation, pose.translation + np.array([0.0, 0.0, 0.07]))
     standing, carried = (where.log_prior(model, at) for at in (pose, lifted))
     assert standing - carried == pytest.approx(CLEAR_NATS)
+
+
+def test_poses_that_climb_together_get_where_each_gets_alone(table, mug_elsewhere):
+    scene, _ = mug_elsewhere
+    model, where = table.models["mug-1"], expected(table, "mug-1")
+    around = surroundings(scene, model, neighbours=table.neighbours("mug-1"), expected=where)
+    standing = starts_in(around)[:4]
+    lifted = [Pose.from_yaw(1.0, pose.translation + np.array([0, 0, 0.07])) for pose in standing]
+    poses = [*standing, *lifted]
+    starts = list(zip(around.log_odds(poses), poses, strict=True))
+    together = climb(around, starts, step=CLIMB_STEPS[0])
+    for start, (odds, pose) in zip(starts, together, strict=True):
+        ((odds_alone, pose_alone),) = climb(around, [start], step=CLIMB_STEPS[0])
+        assert odds == odds_alone >= start[0]
+        assert np.array_equal(pose.matrix(), pose_alone.matrix())
+        assert odds == pytest.approx(around.log_odds([pose])[0], rel=1e-12)
+    assert any(odds > start[0] for start, (odds, _) in zip(starts, together, strict=True))

@@ -5,6 +5,7 @@ pub mod kernels;
 pub mod learn;
 pub mod light;
 pub mod memory;
+pub mod poses;
 pub mod reduction;
 pub mod relight;
 pub mod request;

@@ -6,9 +6,15 @@ use pyo3::prelude::*;
 
 use crate::machine::simd::Simd;
 use crate::python::check::check_length;
+use crate::python::engine::Engine;
+use crate::python::lens::with_lens;
+use crate::python::request::pool_of;
+use crate::python::track::poses::{BodyRequest, DrawingRequest, PosesRequest};
 use crate::python::track::relight::LightConstants;
+use crate::render::alone::Drawer;
 use crate::track::appearance::compared::{Behind, Drawn, Part, Window};
-use crate::track::appearance::support::{support, SupportModel, Terms};
+use crate::track::appearance::poses::Comparison;
+use crate::track::appearance::support::{support, Support, SupportModel, Terms};
 use crate::track::appearance::unknown::UnknownModel;
 
 type Floats<'py> = PyReadonlyArrayDyn<'py, f32>;
@@ -36,8 +42,8 @@ struct Constants {
 /// A window's pictures.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
-struct WindowRequest<'py> {
-    size: [usize; 2],
+pub(crate) struct WindowRequest<'py> {
+    pub(crate) size: [usize; 2],
     live: Floats<'py>,
     empty: Floats<'py>,
     expected: Floats<'py>,
@@ -50,7 +56,7 @@ struct WindowRequest<'py> {
 }
 
 impl WindowRequest<'_> {
-    fn window(&self) -> PyResult<Window<'_>> {
+    pub(crate) fn window(&self) -> PyResult<Window<'_>> {
         let count = self.size[0] * self.size[1];
         let pictures = [
             ("live", &self.live, 3 * count),
@@ -155,6 +161,20 @@ impl TermsRequest {
     }
 }
 
+/// Nats, samples, open, matched and unknown fractions, and area.
+type Said = (f64, f64, f64, f64, f64, f64);
+
+fn said(found: &Support) -> Said {
+    (
+        found.nats,
+        found.samples,
+        found.open_fraction,
+        found.matched_fraction,
+        found.unknown_fraction,
+        found.area_px,
+    )
+}
+
 /// The likelihood of poses; the twin is `tests.twins.likelihood`.
 #[pyclass(frozen, module = "scenes._native", name = "PoseLikelihood")]
 pub struct PoseLikelihood {
@@ -200,7 +220,7 @@ impl PoseLikelihood {
         window: WindowRequest<'_>,
         drawn: DrawnRequest<'_>,
         terms: TermsRequest,
-    ) -> PyResult<(f64, f64, f64, f64, f64, f64)> {
+    ) -> PyResult<Said> {
         let terms = terms.terms(window.size)?;
         let (window, drawn) = (window.window()?, drawn.drawn(terms.part)?);
         let found = py.detach(|| {
@@ -209,13 +229,56 @@ impl PoseLikelihood {
                 || support(&window, &drawn, &terms, &self.model),
             )
         });
-        Ok((
-            found.nats,
-            found.samples,
-            found.open_fraction,
-            found.matched_fraction,
-            found.unknown_fraction,
-            found.area_px,
-        ))
+        Ok(said(&found))
+    }
+
+    /// The same of an object at each of some poses, each placed and drawn here.
+    fn supports<'py>(
+        &self,
+        py: Python<'py>,
+        window: WindowRequest<'py>,
+        body: BodyRequest<'py>,
+        poses: PosesRequest<'py>,
+        drawing: DrawingRequest<'py>,
+    ) -> PyResult<Vec<Said>> {
+        let DrawingRequest { engine, lens, draw } = drawing;
+        let view = draw.view(&lens)?;
+        let seen = window.window()?;
+        if window.size != [view.width, view.height] {
+            return Err(PyValueError::new_err(format!(
+                "lens: {:?} px, wanted the window's {:?}",
+                [view.width, view.height],
+                window.size
+            )));
+        }
+        let plain = body.plain();
+        let poses_of_body = poses.poses(plain.levels.len())?;
+        let Engine {
+            engine,
+            pools,
+            simd,
+        } = engine.get();
+        let pool = pool_of(pools, draw.threads)?;
+        let (placing, tolerance) = (poses.placing(), poses.tolerance());
+        let found = py.detach(|| {
+            with_lens!(&lens.lens(), lens => {
+                let comparison = Comparison {
+                    window: seen,
+                    lens,
+                    view,
+                    body: plain,
+                    placing,
+                    tolerance,
+                    model: &self.model,
+                    drawer: Drawer {
+                        engine,
+                        simd: *simd,
+                        pool: &pool,
+                    },
+                };
+                comparison.supports(&poses_of_body)
+            })
+        });
+        Ok(found.iter().map(said).collect())
     }
 }

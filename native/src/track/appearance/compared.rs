@@ -64,6 +64,7 @@ pub struct Seen {
 pub struct Cut {
     pub live: Planes,
     pub empty: Planes,
+    /// Empty where the room is in the light that it is expected in.
     pub expected: Planes,
     pub changed: Vec<f32>,
     pub room_misfit: Vec<f32>,
@@ -75,34 +76,47 @@ pub struct Cut {
 impl Cut {
     #[inline(always)]
     pub fn of(window: &Window, part: Part) -> Cut {
-        let rows = part.top..part.top + part.height;
-        let plain = |values: &[f32]| {
-            let mut cut = Vec::with_capacity(part.height * part.width);
-            for row in rows.clone() {
-                cut.extend_from_slice(&values[row * window.width + part.left..][..part.width]);
-            }
-            cut
-        };
-        let colours = |values: &[f32]| -> Planes {
-            std::array::from_fn(|channel| {
-                let mut cut = Vec::with_capacity(part.height * part.width);
-                for row in rows.clone() {
-                    let line = &values[3 * (row * window.width + part.left)..][..3 * part.width];
-                    cut.extend(line.chunks_exact(3).map(|pixel| pixel[channel]));
-                }
-                cut
-            })
-        };
+        let across = window.width;
         Cut {
-            live: colours(window.live),
-            empty: colours(window.empty),
-            expected: colours(window.expected),
-            changed: plain(window.changed),
-            room_misfit: plain(window.room_misfit),
-            foreign_misfit: plain(window.foreign_misfit),
-            hidden: plain(window.hidden),
-            range_m: plain(window.range_m),
+            live: part.colours(window.live, across),
+            empty: part.colours(window.empty, across),
+            expected: match window.in_any_light {
+                true => part.colours(window.expected, across),
+                false => Planes::default(),
+            },
+            changed: part.values(window.changed, across),
+            room_misfit: part.values(window.room_misfit, across),
+            foreign_misfit: part.values(window.foreign_misfit, across),
+            hidden: part.values(window.hidden, across),
+            range_m: part.values(window.range_m, across),
         }
+    }
+}
+
+impl Part {
+    /// Of a picture with one value per pixel, rows of `across` pixels.
+    #[inline(always)]
+    fn values(&self, values: &[f32], across: usize) -> Vec<f32> {
+        let mut part = Vec::with_capacity(self.height * self.width);
+        for row in self.top..self.top + self.height {
+            part.extend_from_slice(&values[row * across + self.left..][..self.width]);
+        }
+        part
+    }
+
+    /// Of a picture with interleaved colours.
+    #[inline(always)]
+    fn colours(&self, values: &[f32], across: usize) -> Planes {
+        let mut part = [(); 3].map(|()| vec![0.0; self.height * self.width]);
+        let [red, green, blue] = &mut part;
+        let rows = red.chunks_exact_mut(self.width);
+        let rows = rows.zip(green.chunks_exact_mut(self.width));
+        let rows = rows.zip(blue.chunks_exact_mut(self.width));
+        for (row, ((red, green), blue)) in rows.enumerate() {
+            let from = 3 * ((self.top + row) * across + self.left);
+            separate(&values[from..][..3 * self.width], [red, green, blue]);
+        }
+        part
     }
 }
 
@@ -110,35 +124,57 @@ impl Cut {
 #[inline(always)]
 pub fn seen(drawn: &Drawn, part: Part, least_known: f32) -> Seen {
     let (size, finer) = ([part.width, part.height], drawn.finer);
-    let lens: [f32; LENS_TAPS] = gaussian(LENS_BLUR_PX);
-    let blurred = |plane: Vec<f32>| filtered(&plane, size, 1, &lens);
     let known = at_own_pixels(drawn.compass_alpha.to_vec(), size, finer);
-    let facing = planes(drawn.compass).map(|plane| {
-        let mut facing = at_own_pixels(plane, size, finer);
+    // Loops: what an array is made from by a function is compiled without vector instructions.
+    let mut facing = planes(drawn.compass);
+    for facing in &mut facing {
+        *facing = at_own_pixels(std::mem::take(facing), size, finer);
         for (axis, &known) in facing.iter_mut().zip(&known) {
             // The foot has no normals: it was scanned with the shadow it stood in.
             let is_known = known > least_known;
             let towards = 2.0 * *axis / known.max(MIN_ALPHA) - 1.0;
             *axis = if is_known { towards } else { 0.0 };
         }
-        facing
-    });
+    }
+    let mut rgb = planes(drawn.rgb);
+    for plane in &mut rgb {
+        *plane = blurred(&at_own_pixels(std::mem::take(plane), size, finer), size);
+    }
     let mut depth = Vec::with_capacity(part.width * part.height);
     for row in drawn.depth.chunks_exact(part.width * finer).step_by(finer) {
         depth.extend(row.iter().step_by(finer));
     }
     Seen {
-        rgb: planes(drawn.rgb).map(|plane| blurred(at_own_pixels(plane, size, finer))),
-        alpha: blurred(at_own_pixels(drawn.alpha.to_vec(), size, finer)),
+        rgb,
+        alpha: blurred(&at_own_pixels(drawn.alpha.to_vec(), size, finer), size),
         depth,
         facing,
     }
 }
 
+/// A plane blurred like the lens.
+#[inline(always)]
+fn blurred(plane: &[f32], size: [usize; 2]) -> Vec<f32> {
+    let lens: [f32; LENS_TAPS] = gaussian(LENS_BLUR_PX);
+    filtered(plane, size, 1, &lens)
+}
+
 /// Interleaved colours, channel by channel.
 #[inline(always)]
 fn planes(values: &[f32]) -> Planes {
-    std::array::from_fn(|channel| values.chunks_exact(3).map(|pixel| pixel[channel]).collect())
+    let mut planes = [(); 3].map(|()| vec![0.0; values.len() / 3]);
+    separate(values, planes.each_mut().map(Vec::as_mut_slice));
+    planes
+}
+
+/// Writes interleaved colours, as many as there is room for, channel by channel.
+#[inline(always)]
+fn separate(values: &[f32], [red, green, blue]: [&mut [f32]; 3]) {
+    let (pixels, _) = values.as_chunks::<3>();
+    let to = red.iter_mut().zip(green).zip(blue);
+    for (((red, green), blue), pixel) in to.zip(pixels) {
+        (*red, *green, *blue) = (pixel[0], pixel[1], pixel[2]);
+    }
 }
 
 /// A plane drawn finer than a picture of `size`, averaged.
@@ -178,17 +214,23 @@ pub fn ring(alpha: &[f32], hidden: &[f32], part: Part, ring_px: usize) -> Vec<f3
 /// The largest of values of 0 at least within `reach` pixels, along rows and along columns.
 #[inline(always)]
 pub fn dilated(values: &[f32], [width, height]: [usize; 2], reach: usize) -> Vec<f32> {
-    let mut across = Vec::with_capacity(values.len());
-    let mut line = vec![0.0; width + 2 * reach];
-    for row in values.chunks_exact(width) {
-        line.fill(0.0);
+    let count = 2 * reach + 1;
+    // Rows apart, as one line: none sees another.
+    let apart = width + 2 * reach;
+    let mut lines = vec![0.0; height * apart];
+    for (line, row) in lines
+        .chunks_exact_mut(apart)
+        .zip(values.chunks_exact(width))
+    {
         line[reach..][..width].copy_from_slice(row);
-        largest_of_next(&mut line, 2 * reach + 1, 1);
-        across.extend_from_slice(&line[..width]);
     }
+    largest_of_next(&mut lines, count, 1);
     let mut down = vec![0.0; (height + 2 * reach) * width];
-    down[reach * width..][..values.len()].copy_from_slice(&across);
-    largest_of_next(&mut down, 2 * reach + 1, width);
+    let rows = down[reach * width..].chunks_exact_mut(width);
+    for (row, line) in rows.zip(lines.chunks_exact(apart)) {
+        row.copy_from_slice(&line[..width]);
+    }
+    largest_of_next(&mut down, count, width);
     down.truncate(values.len());
     down
 }
@@ -197,13 +239,17 @@ pub fn dilated(values: &[f32], [width, height]: [usize; 2], reach: usize) -> Vec
 /// last ones, which have fewer after them, are spoilt. Of twice as many it is the largest of two.
 #[inline(always)]
 fn largest_of_next(values: &mut [f32], count: usize, stride: usize) {
+    let mut ahead = Vec::with_capacity(values.len());
     let mut reached = 1;
     while reached < count {
-        let ahead = reached.min(count - reached);
-        for at in 0..values.len().saturating_sub(ahead * stride) {
-            values[at] = values[at].max(values[at + ahead * stride]);
+        let step = reached.min(count - reached);
+        // Copied, so that several are done at once: none is read after it was written.
+        ahead.clear();
+        ahead.extend_from_slice(values.get(step * stride..).unwrap_or_default());
+        for (value, ahead) in values.iter_mut().zip(&ahead) {
+            *value = if *ahead > *value { *ahead } else { *value };
         }
-        reached += ahead;
+        reached += step;
     }
 }
 

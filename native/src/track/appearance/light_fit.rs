@@ -86,7 +86,7 @@ impl Sample {
         apart.map(|apart| apart * apart).sum()
     }
 
-    /// Adds it to the normal equations.
+    /// Adds it to the normal equations, of which those below the diagonal say all.
     #[inline(always)]
     fn add(&self, trusted: f64, power: &mut [Row; UNKNOWNS], both: &mut Row) {
         let squares = self.rgb.map(|colour| trusted * colour * colour);
@@ -94,11 +94,10 @@ impl Sample {
         let (square, share): (f64, f64) = (squares.iter().sum(), shares.iter().sum());
         for (i, side) in self.sides.iter().enumerate() {
             both[i] += share * side;
-            for (j, other) in self.sides.iter().enumerate() {
+            for (j, other) in self.sides[..=i].iter().enumerate() {
                 power[i][j] += square * side * other;
             }
             for (k, square) in squares.iter().enumerate() {
-                power[i][4 + k] += square * side;
                 power[4 + k][i] += square * side;
             }
         }
@@ -148,7 +147,7 @@ pub fn fitted(samples: &[Sample], model: &LightModel, prior: Option<&LightPrior>
     }
 }
 
-/// x of a · x = b for a symmetric, positive a (Cholesky).
+/// x of a · x = b for a symmetric, positive a, read up to its diagonal (Cholesky).
 fn solved(a: &[Row; UNKNOWNS], b: &Row) -> Row {
     let mut lower = [[0.0; UNKNOWNS]; UNKNOWNS];
     let mut x = *b;

@@ -4,6 +4,7 @@ pub mod compared;
 pub mod cut;
 pub mod light_fit;
 pub mod memory;
+pub mod poses;
 pub mod reduction;
 pub mod relight;
 pub mod similarity;

@@ -81,7 +81,9 @@ pub fn support(window: &Window, drawn: &Drawn, terms: &Terms, model: &SupportMod
     }
     let comparison = Comparison { terms, model };
     let unknown = Unknown::around(&cut, &seen.alpha, part, terms.reach_px, &model.unknown);
-    let (ratio, matched_px) = comparison.against_absence(&cut, &seen, &silhouette, &unknown);
+    let certain = unknown.certain();
+    let (ratio, matched_px) =
+        comparison.against_absence(&cut, &seen, &silhouette, &unknown, &certain);
     // What is followed is known to be there: a shade that falls on it takes nothing away from it.
     let relit = match window.in_any_light {
         true => {
@@ -90,9 +92,9 @@ pub fn support(window: &Window, drawn: &Drawn, terms: &Terms, model: &SupportMod
         }
         false => 0.0,
     };
-    let covered = silhouette.iter().enumerate();
+    let covered = silhouette.iter().zip(&certain);
     let covered: Vec<f32> = covered
-        .map(|(pixel, covered)| covered * unknown.certain(pixel))
+        .map(|(covered, certain)| covered * certain)
         .collect();
     Support {
         nats: ratio - relit.max(0.0),
@@ -113,22 +115,21 @@ impl Comparison<'_> {
         seen: &Seen,
         silhouette: &[f32],
         unknown: &Unknown,
+        certain: &[f32],
     ) -> (f64, f64) {
         let Comparison { terms, model } = self;
         let count = silhouette.len();
-        let behind: Planes = std::array::from_fn(|channel| {
-            let pixels = seen.alpha.iter().zip(&cut.empty[channel]);
-            pixels.map(|(alpha, empty)| (1.0 - alpha) * empty).collect()
-        });
-        let shown = std::array::from_fn(|channel| {
-            let pixels = cut.live[channel].iter().zip(&behind[channel]);
-            pixels.map(|(live, behind)| live - behind).collect()
-        });
+        let mut shown = cut.live.clone();
+        for (shown, empty) in shown.iter_mut().zip(&cut.empty) {
+            for (shown, (alpha, empty)) in shown.iter_mut().zip(seen.alpha.iter().zip(empty)) {
+                *shown -= (1.0 - alpha) * empty;
+            }
+        }
         // What is in front of the object says nothing of its light.
-        let weight = silhouette.iter().zip(&cut.changed).enumerate();
+        let weight = silhouette.iter().zip(&cut.changed).zip(certain);
         let weight: Vec<f32> = weight
-            .map(|(pixel, (covered, changed))| {
-                covered * changed.max(model.least_changed) * (1.0 - unknown.certain(pixel))
+            .map(|((covered, changed), certain)| {
+                covered * changed.max(model.least_changed) * (1.0 - certain)
             })
             .collect();
         let (gains, light_nats) = self.gains(&Lit {
@@ -141,8 +142,13 @@ impl Comparison<'_> {
         let (most, least) = (terms.most_misfit, (-terms.most_misfit).exp());
         let wider = 0.5 / (terms.sigma * terms.sigma);
         let as_foreign = self.as_foreign(cut);
+        let is_foreign = unknown.probabilities(model.foreign);
+        let is_occluded = unknown.probabilities(terms.occluded);
+        // Of one length, as the compiler sees, several pixels are computed at once.
         let (changed, foreign) = (&cut.changed[..count], &as_foreign[..count]);
         let (apart2, room) = (&apart2[..count], &cut.room_misfit[..count]);
+        let (is_foreign, is_occluded) = (&is_foreign[..count], &is_occluded[..count]);
+        let certain = &certain[..count];
         let (mut nats, mut matched) = (vec![0.0; count], vec![0.0; count]);
         let to = nats.iter_mut().zip(&mut matched).zip(silhouette);
         for (pixel, ((nats, matched), &covered)) in to.enumerate() {
@@ -151,10 +157,9 @@ impl Comparison<'_> {
             let as_room = exp(-room[pixel].min(most));
             // What hides the object would have to look like the room behind it, unless it is known
             // to be there.
-            let shown = changed[pixel].max(unknown.certain(pixel));
+            let shown = changed[pixel].max(certain[pixel]);
             let as_occluder = shown * foreign[pixel] + (1.0 - shown) * least;
-            let is_foreign = unknown.probability(pixel, model.foreign);
-            let is_occluded = unknown.probability(pixel, terms.occluded);
+            let (is_foreign, is_occluded) = (is_foreign[pixel], is_occluded[pixel]);
             let absent = (1.0 - is_foreign) * as_room + is_foreign * foreign[pixel];
             let present = (1.0 - is_occluded) * as_object + is_occluded * as_occluder;
             *nats = covered * (ln(present) - ln(absent));
@@ -254,10 +259,12 @@ impl Comparison<'_> {
         let gain: Vec<f32> = facing
             .map(|((&fx, &fy), &fz)| even + x * fx + y * fy + z * fz)
             .collect();
-        let gains = light.tint.map(|tint| {
-            let tinted = gain.iter().map(|gain| gain + tint as f32);
-            tinted.map(|gain| gain.clamp(low, high)).collect()
-        });
+        let mut gains = [(); 3].map(|()| gain.clone());
+        for (gains, tint) in gains.iter_mut().zip(light.tint) {
+            for gain in gains {
+                *gain = (*gain + tint as f32).clamp(low, high);
+            }
+        }
         (gains, prior.nats(&light))
     }
 }

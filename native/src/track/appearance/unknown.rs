@@ -56,29 +56,43 @@ impl Unknown {
         }
     }
 
-    /// Probability that a pixel shows something unknown; `prior` where nothing around reaches it.
+    /// Probabilities that pixels show something unknown; `prior` where nothing around reaches one.
     #[inline(always)]
-    pub fn probability(&self, pixel: usize, prior: f32) -> f32 {
-        let weight = self.model.prior_weight;
-        let share = (self.changed[pixel] + weight * prior) / (self.reached[pixel] + weight);
-        share.clamp(self.model.range[0], self.model.range[1])
+    pub fn probabilities(&self, prior: f32) -> Vec<f32> {
+        let (weight, [low, high]) = (self.model.prior_weight, self.model.range);
+        let pixels = self.changed.iter().zip(&self.reached);
+        pixels
+            .map(|(changed, reached)| {
+                ((changed + weight * prior) / (reached + weight)).clamp(low, high)
+            })
+            .collect()
     }
 
-    /// The part of that which the surroundings alone account for.
+    /// The parts of those which the surroundings alone account for.
     #[inline(always)]
-    pub fn certain(&self, pixel: usize) -> f32 {
-        self.changed[pixel] / (self.reached[pixel] + self.model.prior_weight)
+    pub fn certain(&self) -> Vec<f32> {
+        let weight = self.model.prior_weight;
+        let pixels = self.changed.iter().zip(&self.reached);
+        pixels
+            .map(|(changed, reached)| changed / (reached + weight))
+            .collect()
     }
 }
 
 /// Edge-stopping recursive filter: along rows, then columns, and the other way round.
 struct Spread {
-    width: usize,
-    /// What passes from the pixel before in a row, and from the one above.
-    across: Vec<f32>,
-    down: Vec<f32>,
+    rows: Lines,
+    columns: Lines,
     /// Makes the weights of a line without edges sum to one.
     scale: f32,
+}
+
+/// Lines side by side, along which values spread: pixels of all lines are computed at once.
+struct Lines {
+    /// How many there are.
+    count: usize,
+    /// What passes to each pixel from the one before it in its line.
+    passed: Vec<f32>,
 }
 
 impl Spread {
@@ -86,34 +100,29 @@ impl Spread {
     fn along(cut: &Cut, [width, height]: [usize; 2], reach_px: f32, edge_sigma: f32) -> Self {
         let kept = (-1.0 / reach_px.max(1.0)).exp();
         let sharpness = 0.5 / (edge_sigma * edge_sigma);
-        let passed = |first: usize, second: usize, count: usize| -> Vec<f32> {
-            let mut apart2 = vec![0.0; count];
+        // What passes to the first of a line is not read.
+        let mut passed = [(); 2].map(|()| vec![0.0; width * height]);
+        for (passed, ahead) in passed.iter_mut().zip([1, width]) {
             for plane in &cut.live {
-                let pairs = plane[first..][..count]
-                    .iter()
-                    .zip(&plane[second..][..count]);
-                for (to, (a, b)) in apart2.iter_mut().zip(pairs) {
-                    *to += (a - b) * (a - b);
+                let pairs = plane.iter().zip(&plane[ahead..]);
+                for (to, (a, b)) in passed[ahead..].iter_mut().zip(pairs) {
+                    *to += (b - a) * (b - a);
                 }
             }
-            let passed = apart2.iter();
-            passed
-                .map(|apart2| kept * exp(-sharpness * apart2))
-                .collect()
-        };
-        let count = width * height;
-        // The first of a row and the first row have nothing before them.
-        let mut across = vec![0.0];
-        across.extend(passed(1, 0, count - 1));
-        for first in across.iter_mut().step_by(width) {
-            *first = 0.0;
+            for passed in passed {
+                *passed = kept * exp(-sharpness * *passed);
+            }
         }
-        let mut down = vec![0.0; width];
-        down.extend(passed(width, 0, count - width));
+        let [across, down] = passed;
         Spread {
-            width,
-            across,
-            down,
+            rows: Lines {
+                count: height,
+                passed: transposed(&across, width),
+            },
+            columns: Lines {
+                count: width,
+                passed: down,
+            },
             scale: (1.0 - kept) / (1.0 + kept),
         }
     }
@@ -128,44 +137,48 @@ impl Spread {
 
     #[inline(always)]
     fn over_rows(&self, values: &[f32]) -> Vec<f32> {
-        let (mut right, mut left) = (values.to_vec(), values.to_vec());
-        for first in (0..values.len()).step_by(self.width) {
-            for pixel in first + 1..first + self.width {
-                right[pixel] += self.across[pixel] * right[pixel - 1];
-            }
-            for pixel in (first..first + self.width - 1).rev() {
-                left[pixel] += self.across[pixel + 1] * left[pixel + 1];
-            }
-        }
-        self.sum(values, &right, &left)
+        let turned = transposed(values, self.columns.count);
+        transposed(&self.rows.spread(&turned, self.scale), self.rows.count)
     }
 
     #[inline(always)]
     fn over_columns(&self, values: &[f32]) -> Vec<f32> {
-        let width = self.width;
-        let (mut down, mut up) = (values.to_vec(), values.to_vec());
-        for first in (width..values.len()).step_by(width) {
-            let (above, row) = down[first - width..first + width].split_at_mut(width);
-            let passed = self.down[first..][..width].iter();
-            for ((to, above), passed) in row.iter_mut().zip(above).zip(passed) {
-                *to += passed * *above;
-            }
-        }
-        for first in (0..values.len() - width).step_by(width).rev() {
-            let (row, below) = up[first..first + 2 * width].split_at_mut(width);
-            let passed = self.down[first + width..][..width].iter();
-            for ((to, below), passed) in row.iter_mut().zip(below).zip(passed) {
-                *to += passed * *below;
-            }
-        }
-        self.sum(values, &down, &up)
+        self.columns.spread(values, self.scale)
     }
+}
 
-    /// Both directions; a pixel itself counts once.
+impl Lines {
+    /// Values spread both ways; a pixel itself counts once.
     #[inline(always)]
-    fn sum(&self, values: &[f32], one: &[f32], other: &[f32]) -> Vec<f32> {
-        let all = values.iter().zip(one).zip(other);
-        all.map(|((value, one), other)| self.scale * (one + other - value))
+    fn spread(&self, values: &[f32], scale: f32) -> Vec<f32> {
+        let count = self.count;
+        let (mut on, mut back) = (values.to_vec(), values.to_vec());
+        for first in (count..values.len()).step_by(count) {
+            let (before, here) = on[first - count..first + count].split_at_mut(count);
+            let passed = self.passed[first..][..count].iter();
+            for ((to, before), passed) in here.iter_mut().zip(before).zip(passed) {
+                *to += passed * *before;
+            }
+        }
+        for first in (0..values.len() - count).step_by(count).rev() {
+            let (here, after) = back[first..first + 2 * count].split_at_mut(count);
+            let passed = self.passed[first + count..][..count].iter();
+            for ((to, after), passed) in here.iter_mut().zip(after).zip(passed) {
+                *to += passed * *after;
+            }
+        }
+        let all = values.iter().zip(&on).zip(&back);
+        all.map(|((value, on), back)| scale * (on + back - value))
             .collect()
     }
+}
+
+/// A picture of rows of `width` pixels, its columns as rows.
+#[inline(always)]
+fn transposed(values: &[f32], width: usize) -> Vec<f32> {
+    let mut turned = Vec::with_capacity(values.len());
+    for column in 0..width {
+        turned.extend(values[column..].iter().step_by(width));
+    }
+    turned
 }
