@@ -1,4 +1,4 @@
-"""Surfaces that the headset alone sees, handed to a hub, whose people's things they hide."""
+"""Surfaces that the headset alone sees, handed to a hub: they hide what is behind them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from sim.physics.collision.surface import Cell
 
 
 class Hiding(Protocol):
-    """Part of a hub that lets surfaces hide things."""
+    """Part of a hub that lets surfaces hide what is behind them."""
 
     def hide_behind(self, cells: Mapping[Cell, CollisionMesh]) -> None:
         """Let surfaces hide what is behind them for everybody."""
@@ -19,7 +19,7 @@ class Hiding(Protocol):
 
 
 class HiddenSurfaces:
-    """Cells that are to hide things; each hub gets all of them once, and then what changes."""
+    """Cells that hide what is behind them; each hub gets all once, and then what changes."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()

@@ -1,4 +1,4 @@
-"""Surfaces that hide things, by cell: what is packed, what changed, what there is at most."""
+"""Surfaces that hide, by cell: what is packed, what changed, what there is at most."""
 
 import numpy as np
 import pytest
