@@ -130,7 +130,7 @@ class Outbox:
             bodies: newest bodies.
             now_ns: session time.
             pictures: newest pictures of live surfaces, which wait for all else.
-            mesh: surfaces that hide things, which wait for all but pictures.
+            mesh: surfaces that hide, which wait for all but pictures.
         """
         message = self._next(states, bodies, now_ns=now_ns)
         if message is None and mesh is not None and not self.is_ending:

@@ -131,7 +131,7 @@ export function decodeBodies(buffer) {
   return found;
 }
 
-/** Whether a message has cells of surfaces that hide things. */
+/** Whether a message has cells of surfaces that hide. */
 export function isCells(buffer) {
   const view = new DataView(buffer);
   return view.byteLength >= 4 && view.getUint8(0) === VERSION && view.getUint8(1) === CELLS;
