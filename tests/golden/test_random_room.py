@@ -3,7 +3,7 @@
 The smallest development room by lens size; its stills each a session of its own, then some after
 another in one session, and its sequence. `ceilings.toml` says what was measured and what is
 allowed: one object fewer right, one wrong one more that is not flagged, none moved at rest. The
-quick part takes two stills, a chain of three and the beginning of the sequence.
+quick part takes two stills, a chain of two and the beginning of the sequence.
 """
 
 from __future__ import annotations
