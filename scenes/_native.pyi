@@ -388,6 +388,7 @@ class ObservedWindow(TypedDict):
     empty: NDArray[np.float32]
     expected: NDArray[np.float32]
     changed: NDArray[np.float32]
+    foreground: NDArray[np.float32]
     room_misfit: NDArray[np.float32]
     foreign_misfit: NDArray[np.float32]
     hidden: NDArray[np.float32]

@@ -129,19 +129,19 @@ def _seen(pictures: DrawnObject) -> _Seen:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Unknown:
-    """(H, W) how far a silhouette's surroundings reach each pixel, and the changed part of that."""
+    """(H, W) how far a silhouette's surroundings reach each pixel, and their foreground."""
 
-    changed: FloatArray
+    foreground: FloatArray
     reached: FloatArray
 
     @property
     def certain(self) -> FloatArray:
         """The probability of something unknown that the surroundings alone account for."""
-        return np.asarray(self.changed / (self.reached + UNKNOWN_PRIOR), np.float32)
+        return np.asarray(self.foreground / (self.reached + UNKNOWN_PRIOR), np.float32)
 
     def probability(self, prior: float) -> FloatArray:
         """That a pixel shows something unknown; the prior where nothing around reaches it."""
-        share = (self.changed + UNKNOWN_PRIOR * prior) / (self.reached + UNKNOWN_PRIOR)
+        share = (self.foreground + UNKNOWN_PRIOR * prior) / (self.reached + UNKNOWN_PRIOR)
         return np.asarray(np.clip(share, *UNKNOWN_RANGE), np.float32)
 
 
@@ -152,7 +152,7 @@ def _unknown(
     side = 2 * UNKNOWN_GAP_PX + 1
     near = np.clip(cv2.dilate(alpha, np.ones((side, side), np.uint8)), 0.0, 1.0)
     outside = np.asarray((1.0 - near) * (1.0 - observation.hidden[part]), np.float32)
-    changed = np.asarray(outside * observation.changed[part], np.float32)
+    foreground = np.asarray(outside * observation.foreground[part], np.float32)
     kept = math.exp(-1.0 / max(reach_px, 1.0))
     live = observation.live[part]
     across, down = (
@@ -166,7 +166,7 @@ def _unknown(
         other = _spread_along(_spread_along(values, down, scale).T, across.T, scale).T
         return np.asarray(0.5 * (one + other), np.float32)
 
-    return _Unknown(spread(changed), spread(outside))
+    return _Unknown(spread(foreground), spread(outside))
 
 
 def _spread_along(values: FloatArray, passed: FloatArray, scale: float) -> FloatArray:

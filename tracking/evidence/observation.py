@@ -7,6 +7,7 @@ once per window; `tracking.likelihood.pose_likelihood` adds the third.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -17,7 +18,7 @@ from scenes.cameras import Fisheye
 from scenes.pose import Pose
 from tracking.background.images import expose
 from tracking.evidence.evidence import Evidence, Scene
-from tracking.model.misfit import MAX_MISFIT, misfit
+from tracking.model.misfit import MAX_MISFIT, RESIDUAL_SIGMA, misfit
 from tracking.window.filters import blurred, resized
 from tracking.window.window import Layer
 
@@ -32,6 +33,20 @@ FOREGROUND_VARIANCE = 9.0
 """Half the denominator of the exponent by which `tracking.background.images.difference` turns a
 squared difference into a probability: maps it back to a misfit."""
 
+SHADOW_PX = 2.5
+"""Gaussian blur, px, of the pixels that one shadow darkens by the same factor: as of those that
+predict a pixel of an unknown object."""
+
+DARKEST_SHADOW = 0.4
+"""Share of the room's light that is left in the darkest shadow."""
+
+SHADOWED = 0.3
+"""Odds of a shadow on a place of the empty room against none. With 0.1 and 0.3, the log loss of 90
+labelled windows of two random rooms is 0.78 and 0.76, and 0.91 without shadows."""
+
+DARK = 1e-4
+"""Square of a colour of the room from which a shadow on it shows."""
+
 SURE_FOREGROUND = 1.0 - 1e-4
 """Largest probability of change that is mapped back; beyond it the misfit is at its cap anyway."""
 
@@ -45,7 +60,10 @@ class Observation:
         empty: (H, W, 3) float32, the window without the object; the live picture where others are.
         expected: (H, W, 3) float32, the room and the others in it as scanned, without the object.
         changed: (H, W) float32 0..1, probability that a pixel does not show the empty room.
-        room_misfit: (H, W) float32 nats of the live picture as the empty room.
+        foreground: (H, W) float32 0..1, probability that it shows something in front of the room:
+            in the first frame a shadow is none; later a passer-by may look like one.
+        room_misfit: (H, W) float32 nats of the live picture as the empty room; in a shadow, too,
+            in the first frame and where an object is looked for.
         foreign_misfit: (H, W) float32 nats of the live picture as something that is in no scan: how
             badly its surroundings predict each pixel.
         hidden: (H, W) float32 0..1, behind a nearer tracked object.
@@ -55,12 +73,14 @@ class Observation:
         lens_px: pixels of the lens, each way, that one pixel is the mean of.
         in_any_light: whether the room may be in another light than it is expected in: in the first
             frame, and where an object is looked for. A shade there is no object.
+        in_shadow: whether shadows may have fallen on the room since it was learned.
     """
 
     live: FloatArray
     empty: FloatArray
     expected: FloatArray
     changed: FloatArray
+    foreground: FloatArray
     room_misfit: FloatArray
     foreign_misfit: FloatArray
     hidden: FloatArray
@@ -69,6 +89,7 @@ class Observation:
     world_from_camera: Pose
     lens_px: int
     in_any_light: bool
+    in_shadow: bool
 
     def shrunk(self, times: int) -> Observation:
         """The same seen with so many times fewer pixels each way."""
@@ -100,11 +121,18 @@ class Observation:
             world_from_camera=self.world_from_camera,
             lens_px=self.lens_px * times,
             in_any_light=self.in_any_light,
+            in_shadow=self.in_shadow,
         )
 
 
-def observe(scene: Scene, evidence: Evidence) -> Observation:
-    """The observation of an object's window."""
+def observe(scene: Scene, evidence: Evidence, *, is_looked_for: bool = False) -> Observation:
+    """The observation of an object's window.
+
+    Args:
+        scene: the frame.
+        evidence: the window.
+        is_looked_for: whether the object is not where it was believed: a shadow there is none.
+    """
     view, live = evidence.view, evidence.live
     height, width = live.shape[:2]
     cut = (
@@ -137,6 +165,7 @@ def observe(scene: Scene, evidence: Evidence) -> Observation:
         world_from_camera=view.world_from_camera,
         lens_px=view.shrink,
         in_any_light=scene.is_first,
+        in_shadow=is_looked_for,
     )
 
 
@@ -161,6 +190,7 @@ def observation_of(
     world_from_camera: Pose,
     lens_px: int,
     in_any_light: bool = False,
+    in_shadow: bool = False,
 ) -> Observation:
     """An observation of pictures of one size.
 
@@ -176,15 +206,24 @@ def observation_of(
         lens_px: pixels of the lens, each way, that one pixel is the mean of.
         in_any_light: whether the room may be in another light than it is expected in: in the first
             frame, and where an object is looked for. A shade there is no object.
+        in_shadow: whether shadows may have fallen on the room since it was learned.
     """
     sure = np.minimum(changed, SURE_FOREGROUND)
-    room_misfit = np.minimum(-FOREGROUND_VARIANCE * np.log1p(-sure), MAX_MISFIT)
+    room_misfit = -FOREGROUND_VARIANCE * np.log1p(-sure)
+    foreground = changed
+    if in_shadow or in_any_light:
+        shadow_misfit = misfit_in_shadow(live, empty)
+        room_misfit = np.minimum(room_misfit, shadow_misfit)
+        if in_any_light:
+            unshadowed = 1.0 - np.exp(-shadow_misfit / FOREGROUND_VARIANCE)
+            foreground = np.minimum(changed, unshadowed).astype(np.float32)
     return Observation(
         live=live,
         empty=empty,
         expected=expected,
         changed=changed,
-        room_misfit=room_misfit.astype(np.float32),
+        foreground=foreground,
+        room_misfit=np.minimum(room_misfit, MAX_MISFIT).astype(np.float32),
         foreign_misfit=misfit(live - blurred(live, SURROUNDINGS_PX)),
         hidden=hidden,
         range_m=range_m,
@@ -192,7 +231,26 @@ def observation_of(
         world_from_camera=world_from_camera,
         lens_px=lens_px,
         in_any_light=in_any_light,
+        in_shadow=in_shadow,
     )
+
+
+def misfit_in_shadow(live: FloatArray, empty: FloatArray) -> FloatArray:
+    """(H, W) nats, without a limit, of a picture as an empty room on which a shadow falls.
+
+    A shadow darkens what is side by side by one factor: of least squares about every pixel.
+
+    Args:
+        live: (H, W, 3) the picture.
+        empty: (H, W, 3) the room.
+    """
+    lit, unlit = (
+        blurred(np.einsum("...c,...c->...", picture, empty), SHADOW_PX) for picture in (live, empty)
+    )
+    factor = np.clip(lit / np.maximum(unlit, DARK), DARKEST_SHADOW, 1.0)[..., None]
+    apart = live - factor * empty
+    squared = np.einsum("...c,...c->...", apart, apart)
+    return np.asarray(squared / (2 * RESIDUAL_SIGMA**2) - math.log(SHADOWED), dtype=np.float32)
 
 
 def with_layers(

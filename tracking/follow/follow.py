@@ -13,6 +13,7 @@ from tracking.evidence.evidence import Evidence, gather, view_of
 from tracking.evidence.observation import observe
 from tracking.follow.belief import (
     Belief,
+    accounts_for,
     accounts_for_change,
     at_first,
     at_pose,
@@ -58,7 +59,9 @@ def follow(task: Task, unchanged: bool) -> Track:
     """
     track, now = task.track, task.scene.frame.t_ns
     if unchanged and not task.is_turn and not is_under_review(track):
-        return replace(track, motion=Motion.rest(now), seen_ns=now)
+        # What is seen to rest is known to be there: its next way begins now.
+        known_ns = now if accounts_for(track, track.rate) else track.known_ns
+        return replace(track, motion=Motion.rest(now), seen_ns=now, known_ns=known_ns)
     if track.state is TrackState.LOST:
         if task.is_first or not _shows_at(task, track.world_from_object):
             return track if task.is_first else _back(task)

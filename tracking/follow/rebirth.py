@@ -113,11 +113,13 @@ def _is_likelier(task: Task, item: Hypothesis) -> bool:
     if track.state is TrackState.LOST:
         return item.log_odds > CLEAR_NATS
     believed = track.world_from_object
-    if not is_other(task.model, item.world_from_object, believed):
-        return False
     scene, model = task.scene, task.model
     evidence = gather(scene, model, view_of(scene, model, believed), task.neighbours)
-    there = pose_support(observe(scene, evidence), model, believed, scene.renderer)
+    observation = observe(scene, evidence, is_looked_for=True)
+    there = pose_support(observation, model, believed, scene.renderer)
+    is_step = not is_other(model, item.world_from_object, believed)
+    if is_step and accounts_for(track, there.nats_a_sample):
+        return False
     if track.state is TrackState.TRACKED:
         # What is followed shows less for a picture or two, too, in a hand or in another light.
         missing_nats = MISSING_SHARE * track.usual_nats

@@ -186,6 +186,7 @@ def _window(observation: Observation) -> ObservedWindow:
         "empty": whole(observation.empty),
         "expected": whole(observation.expected),
         "changed": whole(observation.changed),
+        "foreground": whole(observation.foreground),
         "room_misfit": whole(observation.room_misfit),
         "foreign_misfit": whole(observation.foreign_misfit),
         "hidden": whole(observation.hidden),

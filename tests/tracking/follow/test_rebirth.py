@@ -8,6 +8,7 @@ import pytest
 from scenes.pose import Pose
 from scenes.state import TrackState
 from tracking.follow.belief import MIN_RATE, accounts_for
+from tracking.follow.follow import follow
 from tracking.follow.posterior import WIDEST_CARRIED_M
 from tracking.follow.rebirth import FARTHEST_M, expected_of, look_around
 from tracking.hypotheses.budget import Step
@@ -46,6 +47,27 @@ def test_a_book_that_was_taken_up_and_turned_is_found_in_the_next_picture(table,
     assert track.known_ns == track.looked_ns == FRAME_NS
     # The way there says how fast it moves.
     assert np.linalg.norm(track.motion.velocity[:3]) > 0.5
+
+
+def test_a_pose_that_went_a_little_astray_is_taken_back(table, as_scanned):
+    """However near the right one is: what shows so much less is not the same."""
+    right = table.poses["book-1"]
+    aside = 0.2 * table.models["book-1"].radius_m
+    astray = Pose(right.rotation, right.translation + np.array([aside, 0.0, 0.0]))
+    scene = replace(as_scanned, frame=replace(as_scanned.frame, seq=1, t_ns=FRAME_NS))
+    task = lost_sight_of(table, scene, world_from_object=astray, world_from_known=astray)
+    track = look_around([task])["book-1"]
+    assert track.state is TrackState.TRACKED
+    assert np.linalg.norm(track.world_from_object.translation - right.translation) < 0.3 * aside
+
+
+def test_what_rests_unchanged_is_known_to_be_there(table, as_scanned):
+    """Else the first look after it is taken up would reach as far as if it had been hidden."""
+    scene = replace(as_scanned, frame=replace(as_scanned.frame, seq=9, t_ns=9 * FRAME_NS))
+    shown = table.task(scene, "book-1", rate=1.2, usual_rate=1.2)
+    hidden = table.task(scene, "book-1", rate=0.1, usual_rate=1.2)
+    assert follow(shown, unchanged=True).known_ns == 9 * FRAME_NS
+    assert follow(hidden, unchanged=True).known_ns == hidden.track.known_ns
 
 
 def test_what_a_pose_accounts_for_is_not_looked_for(table, lifted):

@@ -80,6 +80,7 @@ def test_a_flat_patch_of_something_unknown_is_little_evidence(table, no_mug):
         table.poses["mug-1"],
         live=flat,
         changed=changed,
+        foreground=changed,
         room_misfit=unlike_room,
         foreign_misfit=smooth,
     )

@@ -13,6 +13,7 @@ pub struct Window<'a> {
     pub empty: &'a [f32],
     pub expected: &'a [f32],
     pub changed: &'a [f32],
+    pub foreground: &'a [f32],
     pub room_misfit: &'a [f32],
     pub foreign_misfit: &'a [f32],
     pub hidden: &'a [f32],
@@ -67,6 +68,7 @@ pub struct Cut {
     /// Empty where the room is in the light that it is expected in.
     pub expected: Planes,
     pub changed: Vec<f32>,
+    pub foreground: Vec<f32>,
     pub room_misfit: Vec<f32>,
     pub foreign_misfit: Vec<f32>,
     pub hidden: Vec<f32>,
@@ -85,6 +87,7 @@ impl Cut {
                 false => Planes::default(),
             },
             changed: part.values(window.changed, across),
+            foreground: part.values(window.foreground, across),
             room_misfit: part.values(window.room_misfit, across),
             foreign_misfit: part.values(window.foreign_misfit, across),
             hidden: part.values(window.hidden, across),

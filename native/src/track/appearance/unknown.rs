@@ -1,4 +1,4 @@
-//! How probably every pixel of a silhouette shows something that is in no scan: what is changed around
+//! How probably every pixel of a silhouette shows something that is in no scan: foreground around
 //! the silhouette goes on inside it along colours that have no edge.
 //! `tests/twins/likelihood.py` says the same.
 
@@ -20,8 +20,8 @@ pub struct UnknownModel {
 
 /// What the surroundings of a silhouette say of every pixel.
 pub struct Unknown {
-    /// Share of the surroundings that is changed, times how far they reach the pixel.
-    changed: Vec<f32>,
+    /// Share of the surroundings that is foreground, times how far they reach the pixel.
+    foreground: Vec<f32>,
     /// How far the surroundings reach the pixel, 0..1.
     reached: Vec<f32>,
     model: UnknownModel,
@@ -44,13 +44,13 @@ impl Unknown {
         let outside: Vec<f32> = outside
             .map(|(covered, hidden)| (1.0 - covered.clamp(0.0, 1.0)) * (1.0 - hidden))
             .collect();
-        let changed = outside.iter().zip(&cut.changed);
-        let changed: Vec<f32> = changed
-            .map(|(outside, changed)| outside * changed)
+        let foreground = outside.iter().zip(&cut.foreground);
+        let foreground: Vec<f32> = foreground
+            .map(|(outside, foreground)| outside * foreground)
             .collect();
         let spread = Spread::along(cut, size, reach_px, model.edge_sigma);
         Unknown {
-            changed: spread.everywhere(&changed),
+            foreground: spread.everywhere(&foreground),
             reached: spread.everywhere(&outside),
             model: *model,
         }
@@ -60,10 +60,10 @@ impl Unknown {
     #[inline(always)]
     pub fn probabilities(&self, prior: f32) -> Vec<f32> {
         let (weight, [low, high]) = (self.model.prior_weight, self.model.range);
-        let pixels = self.changed.iter().zip(&self.reached);
+        let pixels = self.foreground.iter().zip(&self.reached);
         pixels
-            .map(|(changed, reached)| {
-                ((changed + weight * prior) / (reached + weight)).clamp(low, high)
+            .map(|(foreground, reached)| {
+                ((foreground + weight * prior) / (reached + weight)).clamp(low, high)
             })
             .collect()
     }
@@ -72,9 +72,9 @@ impl Unknown {
     #[inline(always)]
     pub fn certain(&self) -> Vec<f32> {
         let weight = self.model.prior_weight;
-        let pixels = self.changed.iter().zip(&self.reached);
+        let pixels = self.foreground.iter().zip(&self.reached);
         pixels
-            .map(|(changed, reached)| changed / (reached + weight))
+            .map(|(foreground, reached)| foreground / (reached + weight))
             .collect()
     }
 }

@@ -1,5 +1,6 @@
 """The process that reads a camera may hang, crash or lie: the studio sees an error, and goes on."""
 
+import gc
 import socket
 import subprocess
 import sys
@@ -48,6 +49,7 @@ def open_files():
 
 @pytest.fixture(autouse=True)
 def nothing_is_left():
+    gc.collect()  # files of earlier tests would otherwise be closed meanwhile, and counted
     files, processes = open_files(), children()
     yield
     assert open_files() == files
