@@ -235,6 +235,19 @@ def rights_text(person: Person, pen: Pen) -> str:
     )
 
 
+def welcome_of(person: Person, people: Iterable[Person], *, pen: Pen) -> dict[str, Any]:
+    """Return the fields of a welcome that are about people."""
+    return {
+        "kind": "welcome",
+        "you": person.person_id,
+        "index": person.index,
+        "role": person.role,
+        "name": person.name,
+        "rights": rights_of(person, pen),
+        "people": people_of(people, pen),
+    }
+
+
 def people_of(people: Iterable[Person], pen: Pen) -> list[dict[str, Any]]:
     """Return everybody, as everybody is told of them."""
     return [

@@ -23,6 +23,7 @@ class Op(StrEnum):
     SURFACE = "surface"
     PRIMITIVE = "primitive"
     PROPOSE = "propose"
+    GIVE = "give"
     UNDO = "undo"
 
 

@@ -14,8 +14,8 @@ ANN = Person("p1", 1, "Ann", Role.REMOTE)
 @pytest.mark.parametrize(
     ("person", "holder", "wanted"),
     [
-        (ANN, "", ["line", "primitive", "propose", "surface", "undo", "speak"]),
-        (ANN, "p1", ["line", "primitive", "propose", "surface", "undo", "speak"]),
+        (ANN, "", ["give", "line", "primitive", "propose", "surface", "undo", "speak"]),
+        (ANN, "p1", ["give", "line", "primitive", "propose", "surface", "undo", "speak"]),
         (ANN, "p2", ["speak"]),
         (replace(ANN, is_muted=True), "", []),
         (replace(ANN, role=Role.SPECTATOR), "", []),
