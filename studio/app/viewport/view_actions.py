@@ -42,6 +42,10 @@ class SmallPictures(Protocol):
         """Open or close what a camera, person or object sees."""
         ...
 
+    def switch_people(self) -> None:
+        """Open or close the views of the local and of the remote person."""
+        ...
+
     def close_all(self) -> None:
         """Close them all."""
         ...
@@ -190,6 +194,13 @@ def _arranging(grid: Views) -> list[Action]:
             "P",
             ("source",),
             choices=grid.insets.choices,
+        ),
+        Action(
+            "view.people",
+            "Both people's views",
+            "View",
+            grid.insets.switch_people,
+            "what the local and the remote person see, beside each other; again closes both",
         ),
         Action(
             "view.follow",
