@@ -72,7 +72,7 @@ class Step(StrEnum):
 
     CHECK = "Check and connect"
     OPENING = "Opening the room …"
-    CONFIRM = "Confirm"
+    CONFIRM = "Confirm and go live"
     TRY_AGAIN = "Try again"
     GO_LIVE = "Go live"
     GO_LIVE_SOON = "Go live when ready"
@@ -260,6 +260,7 @@ class LiveRun:
                 self.begin()
             case Step.CONFIRM:
                 self.confirm()
+                self.go_live()
             case Step.TRY_AGAIN:
                 self.try_again()
             case Step.GO_LIVE | Step.GO_LIVE_SOON:

@@ -154,3 +154,20 @@ def test_the_picture_of_a_headset_is_that_of_whoever_wears_it(live):
     seen = live.headset_view()
     assert (seen.person_id, seen.t_ns, seen.age_s) == ("hololens", 1_000_000_000, 2.5)
     assert seen.draw() == "picture"
+
+
+def test_a_doubtful_layout_is_confirmed_and_goes_live_by_one_press(live):
+    live._run.job = job = Playing(LivePlan("lab", None, live._run.out), LiveState.CONFIRMING)
+    done = []
+    job.live.layout, job.live.choose_layout = "stacked", lambda layout: done.append(layout)
+    job.live.go_live = lambda: done.append("live")
+    assert live.step == "Confirm and go live"
+    live.go_on()
+    assert done == ["stacked", "live"]
+    job.live.state = LiveState.CONNECTING
+    assert live.step is Step.GOES_LIVE
+    # Confirmed by its own command, the button still asks.
+    live._goes_live, job.live.state = False, LiveState.CONFIRMING
+    live.confirm()
+    job.live.state = LiveState.CONNECTING
+    assert live.step is Step.GO_LIVE_SOON
