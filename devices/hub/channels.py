@@ -13,8 +13,7 @@ import numpy as np
 
 from devices.hub.entities.board import Board
 from devices.hub.entities.drawn import DECIMALS, GLTF_FROM_WORLD
-from devices.hub.entities.pen import Pen
-from devices.hub.roles import SPEAK, Person, may_speak
+from devices.hub.roles import SPEAK, Pen, Person, may_speak
 from devices.hub.wire import pack_item
 from scenes.frames import WORLD_FROM_GLTF
 from scenes.pose import Pose

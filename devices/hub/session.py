@@ -27,7 +27,6 @@ from devices.hub.contract import Arrived
 from devices.hub.elsewhere import Elsewhere, Others
 from devices.hub.entities.board import Board
 from devices.hub.entities.drawn import drawn_by_room
-from devices.hub.entities.pen import Pen, can_hold_pen
 from devices.hub.entry.admission import Admission, Refused
 from devices.hub.entry.pairing import PairingCodes, PairingRefused
 from devices.hub.entry.rates import refusal_lines
@@ -39,7 +38,7 @@ from devices.hub.media.voice_room import VoiceRoom
 from devices.hub.mesh import MeshChannel
 from devices.hub.messages import Do, Hello, OpError, Ping, Seen, read_message
 from devices.hub.outbox import Outbox, Sent
-from devices.hub.roles import Op, Person, Role
+from devices.hub.roles import Op, Pen, Person, Role, can_hold_pen
 from devices.hub.wire import WireError, check_body, head_only
 from scenes.state import SceneState
 

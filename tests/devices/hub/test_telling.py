@@ -5,8 +5,7 @@ import pytest
 
 from devices.hub.channels import StateChannel, people_of, rights_of, rights_text, whole_text
 from devices.hub.entities.board import Board
-from devices.hub.entities.pen import Pen
-from devices.hub.roles import Person, Role
+from devices.hub.roles import Pen, Person, Role
 
 ANN = Person("p1", 1, "Ann", Role.REMOTE)
 
