@@ -75,7 +75,7 @@ class Views(Protocol):
 
 def add_view_actions(grid: Views) -> None:
     """Add what concerns the view in hand."""
-    for actions_of in (_looking, _arranging, _tools, _drawn, _pictures):
+    for actions_of in (_looking, _arranging, _others_views, _tools, _drawn, _pictures):
         for action in actions_of(grid):
             grid.bench.actions.add(action)
 
@@ -185,6 +185,11 @@ def _arranging(grid: Views) -> list[Action]:
             "they move together",
             is_on=lambda: grid.is_linked,
         ),
+    ]
+
+
+def _others_views(grid: Views) -> list[Action]:
+    return [
         Action(
             "view.inset",
             "Picture in picture",
