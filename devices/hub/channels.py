@@ -13,8 +13,7 @@ import numpy as np
 
 from devices.hub.entities.board import Board
 from devices.hub.entities.drawn import DECIMALS, GLTF_FROM_WORLD
-from devices.hub.entities.pen import Pen
-from devices.hub.roles import SPEAK, Person, may_speak
+from devices.hub.roles import SPEAK, Pen, Person, may_speak
 from devices.hub.wire import pack_item
 from scenes.frames import WORLD_FROM_GLTF
 from scenes.pose import Pose
@@ -233,6 +232,19 @@ def rights_text(person: Person, pen: Pen) -> str:
             "muted": person.is_muted,
         }
     )
+
+
+def welcome_of(person: Person, people: Iterable[Person], *, pen: Pen) -> dict[str, Any]:
+    """Return the fields of a welcome that are about people."""
+    return {
+        "kind": "welcome",
+        "you": person.person_id,
+        "index": person.index,
+        "role": person.role,
+        "name": person.name,
+        "rights": rights_of(person, pen),
+        "people": people_of(people, pen),
+    }
 
 
 def people_of(people: Iterable[Person], pen: Pen) -> list[dict[str, Any]]:

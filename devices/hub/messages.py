@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from devices.hub.entities.drawn import Drawn
-from devices.hub.entities.reading import read_drawn
+from devices.hub.entities.reading import read_drawn, read_key
 from devices.hub.fields import (
     MessageError,
     read_count,
@@ -69,14 +69,17 @@ class Do:
     Attributes:
         op_id: the client's name of it.
         op: its kind.
-        drawn: what it is to become, its key the client's own; None of an undo.
+        drawn: what it is to become, its key the client's own; of a gift only its name matters; None
+            of an undo.
         drag: the client's name of operations that are undone as one; None where it gives none.
+        to: id of the person who is given a primitive; empty of all else.
     """
 
     op_id: str | int
     op: Op
     drawn: Drawn | None = None
     drag: str | int | None = None
+    to: str = ""
 
 
 Message = Hello | Seen | Ping | Do | OfferSignal | MediaSignal
@@ -133,6 +136,9 @@ def _read_do(fields: dict[str, Any]) -> Do:
         op, drag = Op(read_text(fields, "op")), read_label(fields.get("drag"))
         if drag is None and fields.get("drag") is not None:
             raise MessageError("drag: wanted a number or a short text")
+        if op is Op.GIVE:
+            given = Drawn(Op.PRIMITIVE, read_key(fields, "primitive"), "")
+            return Do(op_id, op, given, to=read_key(fields, "to"))
         return Do(op_id, op, None if op is Op.UNDO else read_drawn(op, fields), drag)
     except ValueError as error:  # MessageError is one
         raise OpError(str(error), op_id=op_id) from None

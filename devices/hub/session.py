@@ -18,16 +18,15 @@ from devices.hub.channels import (
     PictureChannel,
     StateChannel,
     people_of,
-    rights_of,
     rights_text,
     to_text,
+    welcome_of,
     whole_text,
 )
 from devices.hub.contract import Arrived
 from devices.hub.elsewhere import Elsewhere, Others
 from devices.hub.entities.board import Board
 from devices.hub.entities.drawn import drawn_by_room
-from devices.hub.entities.pen import Pen, can_hold_pen
 from devices.hub.entry.admission import Admission, Refused
 from devices.hub.entry.pairing import PairingCodes, PairingRefused
 from devices.hub.entry.rates import refusal_lines
@@ -39,7 +38,7 @@ from devices.hub.media.voice_room import VoiceRoom
 from devices.hub.mesh import MeshChannel
 from devices.hub.messages import Do, Hello, OpError, Ping, Seen, read_message
 from devices.hub.outbox import Outbox, Sent
-from devices.hub.roles import Person, Role
+from devices.hub.roles import Op, Pen, Person, Role, can_hold_pen
 from devices.hub.wire import WireError, check_body, head_only
 from scenes.state import SceneState
 
@@ -340,15 +339,9 @@ class Session:
         guest, person, outbox = visit.guest, visit.guest.person, visit.outbox
         entries = None if hello.log_seq is None else self.log.since(hello.log_seq)
         fields: dict[str, Any] = {
-            "kind": "welcome",
-            "you": person.person_id,
-            "index": person.index,
-            "role": person.role,
-            "name": person.name,
+            **welcome_of(person, self._everybody(now_ns), pen=self._pen),
             "token": self._door.new_token(guest, now_ns),
-            "rights": rights_of(person, self._pen),
             "media": self.media.welcome(),
-            "people": people_of(self._everybody(now_ns), self._pen),
             "log_seq": self.log.seq if entries is None else hello.log_seq,
             "resumed": entries is not None,
             "t_us": now_ns // 1000,
@@ -365,7 +358,12 @@ class Session:
         if do.drawn is not None and do.drawn.object_id not in ("", *self._state.objects):
             raise OpError("there is no such object", op_id=do.op_id)
         try:
-            drawn = self._board.do(person.person_id, do, now_ns=now_ns, name=person.name)
+            if do.op is Op.GIVE:
+                here = {it.person_id: it for it in self.people(now_ns)}
+                drawn = self._board.give(person.person_id, do, here=here)
+                self._note("given", f"{guest.called} gave {drawn.key} to {drawn.name}")
+            else:
+                drawn = self._board.do(person.person_id, do, now_ns=now_ns, name=person.name)
         except OpError as error:
             raise OpError(str(error), op_id=do.op_id) from None
         self._inbox.draw(drawn)

@@ -2,5 +2,5 @@
 
 `drawn.py` (one entity, on the wire and in the session's axes), `reading.py` (what a person asks
 for, each field checked), `board.py` (all entities that are there, their limits, undo for each
-person, and who moves what), `pen.py` (who may draw).
+person, and who has and moves what).
 """

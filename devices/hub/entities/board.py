@@ -8,9 +8,9 @@ from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any
 
-from devices.hub.entities.drawn import Drawn
+from devices.hub.entities.drawn import ROOM, Drawn
 from devices.hub.messages import Do, OpError
-from devices.hub.roles import Op
+from devices.hub.roles import RIGHTS, Op, Person
 
 MAX_LINES = 2000
 """Lines at the same time; chosen: an hour of drawing."""
@@ -119,12 +119,50 @@ class Board:
             steps.pop()
             self.put(before)
             return before
-        key = own_key(person_id, do.drawn.key)
+        key = self._key_of(person_id, do)
         changed = replace(do.drawn, key=key, by=person_id, name=name)
         self._check_room(changed, do)
         self._hold(changed, do, now_ns=now_ns)
         before = self._entities[do.op].get(key) or Drawn(do.op, key, person_id)
         self._remember(before, changed, drag=do.drag, now_ns=now_ns)
+        self.put(changed)
+        return changed
+
+    def give(self, person_id: str, do: Do, *, here: Mapping[str, Person]) -> Drawn:
+        """Let somebody else have a primitive; return it as theirs.
+
+        Its owner gives it to whoever is here and may put primitives. What somebody who is not here
+        any more has left, anybody takes for themselves: whoever asks first.
+
+        Args:
+            person_id: who asks.
+            do: what for.
+            here: everybody who is here, by id.
+
+        Raises:
+            OpError: it is gone, somebody else has it, or whoever should have it cannot.
+        """
+        assert do.drawn is not None, "a gift has a name"
+        key, taker = in_full(person_id, do.drawn.key), here.get(do.to)
+        given = self._entities[Op.PRIMITIVE].get(key)
+        if given is None:
+            raise OpError("it is not there any more", op_id=do.op_id)
+        is_left = given.by not in here and do.to == person_id
+        if given.by != person_id and not is_left:
+            raise OpError(f"{given.name or given.by} has it", op_id=do.op_id)
+        if taker is None or Op.PRIMITIVE not in RIGHTS[taker.role]:
+            who = "nobody of that name is here" if taker is None else f"{taker.name} only watches"
+            raise OpError(who, op_id=do.op_id)
+        if given.by == do.to:
+            return given
+        changed = replace(given, by=do.to, name=taker.name)
+        if self._count(changed) >= MAX_PRIMITIVES_EACH:
+            why = f"{taker.name} has {MAX_PRIMITIVES_EACH} primitives, the most for one person"
+            raise OpError(why, op_id=do.op_id)
+        for steps in self._steps.values():
+            kept = [it for it in steps if (it.before.op, it.before.key) != (Op.PRIMITIVE, key)]
+            steps.clear()
+            steps.extend(kept)
         self.put(changed)
         return changed
 
@@ -159,6 +197,40 @@ class Board:
             raise OpError(f"{who} is moving it; wait until they let go", op_id=do.op_id)
         self._holds[changed.object_id] = _Hold(changed.by, changed.name, now_ns)
 
+    def _key_of(self, person_id: str, do: Do) -> str:
+        """Return the name in the session of what a person asks for.
+
+        A primitive is whose it was made last, or whose undo would bring it back: what its maker
+        sent before they learnt that somebody else has it does not make it anew.
+
+        Raises:
+            OpError: it is somebody else's.
+        """
+        assert do.drawn is not None, "an undo names nothing"
+        key = in_full(person_id, do.drawn.key)
+        known = self._entities[do.op].get(key)
+        if do.op is not Op.PRIMITIVE:
+            return own_key(person_id, key)
+        if known is not None and known.by != ROOM:
+            owner, name = known.by, known.name
+        else:
+            owner, name = next(
+                (
+                    (it.before.by, it.before.name)
+                    for steps in self._steps.values()
+                    for it in steps
+                    if it.before.op is do.op and it.before.key == key
+                ),
+                (key.partition("/")[0], ""),
+            )
+        if owner != person_id:
+            raise OpError(f"{name or owner} has it", op_id=do.op_id)
+        return key
+
+    def _count(self, drawn: Drawn) -> int:
+        """Return how many of its kind its owner has."""
+        return sum(it.by == drawn.by for it in self._entities[drawn.op].values())
+
     def _check_room(self, drawn: Drawn, do: Do) -> None:
         there = self._entities[drawn.op]
         old = there.get(drawn.key)
@@ -167,7 +239,7 @@ class Board:
         words, most, most_each = LIMITS[drawn.op]
         if old is None and len(there) >= most:
             raise OpError(f"{len(there)} {words} are there, erase some", op_id=do.op_id)
-        own = sum(it.by == drawn.by for it in there.values()) if most_each < most else 0
+        own = self._count(drawn) if most_each < most else 0
         if old is None and own >= most_each:
             raise OpError(f"{own} {words} of yours are there, erase some", op_id=do.op_id)
         more = len(drawn.points) - (0 if old is None else len(old.points))
@@ -193,15 +265,18 @@ class Board:
         steps.append(_Step(before, now_ns, drag, changed.is_there))
 
 
+def in_full(person_id: str, key: str) -> str:
+    """Return an entity's name in the session by a person's own, or by that very name."""
+    return key if "/" in key else f"{person_id}/{key}"
+
+
 def own_key(person_id: str, key: str) -> str:
     """Return a person's entity by its name in the session.
 
     Raises:
         OpError: it is somebody else's.
     """
-    owner, slash, name = key.partition("/")
-    if not slash:
-        return f"{person_id}/{key}"
-    if owner != person_id:
+    found = in_full(person_id, key)
+    if not found.startswith(f"{person_id}/"):
         raise OpError(f"{key} belongs to somebody else")
-    return f"{person_id}/{name}"
+    return found

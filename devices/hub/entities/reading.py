@@ -33,7 +33,7 @@ def read_drawn(op: Op, fields: dict[str, Any]) -> Drawn:
     """Return the entity that an operation is about, its key the client's own, by nobody yet.
 
     Args:
-        op: any but undo.
+        op: any but undo and give.
         fields: of the message.
 
     Raises:

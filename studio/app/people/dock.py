@@ -5,6 +5,7 @@ from __future__ import annotations
 from PySide6.QtCore import QTimer
 from PySide6.QtGui import QCloseEvent
 from PySide6.QtWidgets import (
+    QCheckBox,
     QFrame,
     QHBoxLayout,
     QLabel,
@@ -66,6 +67,9 @@ class PeopleDock(QWidget):
         for button in (self.let_in, self.network, self.shut):
             buttons.addWidget(button)
         buttons.addStretch(1)
+        self.at_once = QCheckBox("Let people in as soon as a live session begins")
+        self.at_once.setToolTip("the one button of the dock Live opens these doors, too")
+        self.at_once.clicked.connect(lambda: bench.do("people.open_at_once"))
         self.invitation = InvitationView(bench, guests)
         self.here = QLabel()
         self.record = QPushButton()
@@ -82,6 +86,7 @@ class PeopleDock(QWidget):
         layout.setContentsMargins(8, 8, 8, 8)
         layout.addWidget(self.state)
         layout.addWidget(self.text)
+        layout.addWidget(self.at_once)
         layout.addLayout(buttons)
         layout.addWidget(self._make_warning())
         layout.addWidget(self.invitation)
@@ -151,6 +156,8 @@ class PeopleDock(QWidget):
             self.state.setStyleSheet(colour)
         self.text.setText(STARTS[state])
         is_open = guests.is_open
+        self.at_once.setVisible(state is DoorState.NO_SESSION)
+        self.at_once.setChecked(guests.opens_at_once)
         self.let_in.setVisible(not is_open)
         self.let_in.setEnabled(state is DoorState.CLOSED)
         can_widen = state in (DoorState.CLOSED, DoorState.HERE)

@@ -42,6 +42,10 @@ class SmallPictures(Protocol):
         """Open or close what a camera, person or object sees."""
         ...
 
+    def switch_people(self) -> None:
+        """Open or close the views of the local and of the remote person."""
+        ...
+
     def close_all(self) -> None:
         """Close them all."""
         ...
@@ -71,7 +75,7 @@ class Views(Protocol):
 
 def add_view_actions(grid: Views) -> None:
     """Add what concerns the view in hand."""
-    for actions_of in (_looking, _arranging, _tools, _drawn, _pictures):
+    for actions_of in (_looking, _arranging, _others_views, _tools, _drawn, _pictures):
         for action in actions_of(grid):
             grid.bench.actions.add(action)
 
@@ -181,6 +185,11 @@ def _arranging(grid: Views) -> list[Action]:
             "they move together",
             is_on=lambda: grid.is_linked,
         ),
+    ]
+
+
+def _others_views(grid: Views) -> list[Action]:
+    return [
         Action(
             "view.inset",
             "Picture in picture",
@@ -190,6 +199,13 @@ def _arranging(grid: Views) -> list[Action]:
             "P",
             ("source",),
             choices=grid.insets.choices,
+        ),
+        Action(
+            "view.people",
+            "Both people's views",
+            "View",
+            grid.insets.switch_people,
+            "what the local and the remote person see, beside each other; again closes both",
         ),
         Action(
             "view.follow",

@@ -1,10 +1,12 @@
-"""The headset's mesh into the room's physics while the session runs, on a thread of its own."""
+"""The headset's mesh into the room's physics, on a thread of its own, and to remote pages."""
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -258,3 +260,40 @@ class Meshing:
 def _is_away(a: Pose, b: Pose) -> bool:
     away: NDArray[np.float64] = np.abs(a.translation - b.translation)
     return float(away.max()) > 1e-3 or float(np.abs(a.rotation - b.rotation).max()) > 5e-3
+
+
+class Hiding(Protocol):
+    """Part of a hub that lets surfaces hide what is behind them."""
+
+    def hide_behind(self, cells: Mapping[Cell, CollisionMesh]) -> None:
+        """Let surfaces hide what is behind them for everybody."""
+        ...
+
+
+class HiddenSurfaces:
+    """Cells that hide what is behind them; each hub gets all once, and then what changes."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._cells: dict[Cell, CollisionMesh] = {}
+        self._changed: dict[Cell, CollisionMesh] = {}
+        self._shown_to: Hiding | None = None
+
+    def change(self, cells: Mapping[Cell, CollisionMesh]) -> None:
+        """Take cells that have changed; one without triangles is gone. On any thread."""
+        with self._lock:
+            for cell, mesh in cells.items():
+                self._changed[cell] = mesh
+                if len(mesh.faces):
+                    self._cells[cell] = mesh
+                else:
+                    self._cells.pop(cell, None)
+
+    def show(self, hub: Hiding) -> None:
+        """Hand a hub what it does not have yet; nothing where there is nothing new."""
+        with self._lock:
+            is_new = hub is not self._shown_to
+            cells = dict(self._cells) if is_new else self._changed
+            self._shown_to, self._changed = hub, {}
+        if cells:
+            hub.hide_behind(cells)

@@ -70,9 +70,17 @@ def _paint(
     if opacity >= 0.99:
         cv2.fillConvexPoly(picture, hull, colour, cv2.LINE_AA, 4)
         return
-    over = picture.copy()
-    cv2.fillConvexPoly(over, hull, colour, cv2.LINE_AA, 4)
-    cv2.addWeighted(over, opacity, picture, 1.0 - opacity, 0.0, picture)
+    height, width = picture.shape[:2]
+    # A pixel more on each side: its edge is smooth.
+    low = np.clip(np.floor(pixels.min(axis=0)).astype(int) - 1, 0, (width, height))
+    high = np.clip(np.ceil(pixels.max(axis=0)).astype(int) + 2, 0, (width, height))
+    (left, top), (right, bottom) = low, high
+    if left >= right or top >= bottom:
+        return
+    under = picture[top:bottom, left:right]
+    over = under.copy()
+    cv2.fillConvexPoly(over, hull - 16 * low.astype(np.int32), colour, cv2.LINE_AA, 4)
+    picture[top:bottom, left:right] = cv2.addWeighted(over, opacity, under, 1.0 - opacity, 0.0)
 
 
 def _write(

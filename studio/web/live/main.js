@@ -18,6 +18,7 @@ import { People } from "live/people.js";
 import { isPicture, Surfaces } from "live/surfaces.js";
 import { Carry } from "live/things/carry.js";
 import { Grab } from "live/things/grab.js";
+import { Handing } from "live/things/handing.js";
 import { Palette } from "live/things/palette.js";
 import { Picker } from "live/things/pick.js";
 import { Proposals } from "live/things/proposals.js";
@@ -56,12 +57,13 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
   const things = new Things(link, showThing);
   const tools = new Tools(canvas, room, board, control, changed);
   const picker = new Picker(things, bodies, proposals, room.upright);
+  const handing = new Handing(room, things, people, picker, { notice, changed });
   tools.carry = new Carry(room, things, picker,
-    { ask: () => ({ shape: tools.shape, colour: tools.ink }), notice, changed });
+    { ask: () => ({ shape: tools.shape, colour: tools.ink }), handing, notice, changed });
   const self = new OwnHands(COLOURS[0], OWN_RAY_M);
   room.upright.add(self.group);
   const headset = new Headset(room, board, self, { tools, ended: leftHeadset, shown: { proposals, surfaces },
-    grab: new Grab(room, things, picker, tools), palette: new Palette(room.upright, tools) });
+    grab: new Grab(room, things, picker, { tools, handing }), palette: new Palette(room.upright, tools) });
   const labels = new Labels(byId("labels"));
   const panel = new Panel(manifest.objects, {
     look: (id) => control.lookAt(room.objects.get(id).group.getWorldPosition(new THREE.Vector3())),
@@ -108,6 +110,7 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
     people({ people: list }) {
       people.setList(list, you);
       panel.showPeople(list, you);
+      handing.setList(list, you);
       media.setList(list);
       const own = list.find((person) => person.id === you);
       if (own) self.setColour(COLOURS[own.index % COLOURS.length]);
@@ -231,7 +234,7 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
   };
 
   function onKey(event) {
-    if (event.target.closest?.("#asked")) return;
+    if (event.target.closest?.("#asked, select")) return;
     fast = event.shiftKey;
     const isUndo = event.code === "KeyZ" && (event.ctrlKey || event.metaKey);
     if (isUndo && !byId("undo").hidden) board.undo();
@@ -305,6 +308,7 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
     if (room.step(now)) changed();
     proposals.step();
     if (board.step()) changed();
+    if (handing.step(now)) changed();
     if (attention.step(people, you)) changed();
     if (people.step(now, eye, headset.isOn)) changed();
     panel.showAge(now - link.heardAt);
@@ -352,7 +356,7 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
   // For whoever drives this page: the browser's console, and the program's tests.
   window.live = {
     room, people, board, surfaces, tools, headset, control, link, media, setMode, detail, things,
-    bodies, proposals, attention,
+    bodies, proposals, attention, handing,
     drawn: () => drawn,
     isWhole: () => isLoaded,
     sharpness: () => sharpness.shown,

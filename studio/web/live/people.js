@@ -176,7 +176,7 @@ function posed(a, b, share) {
 }
 
 /** A name that is part of the room: in a headset nothing else can be written. */
-class Sign {
+export class Sign {
   constructor(text, colour) {
     this.colour = colour;
     this.canvas = document.createElement("canvas");

@@ -60,6 +60,7 @@ PROPOSE = {
     "object": "chair-1",
     "pose": [1, 0, 2, 0, 0, 0, 1],
 }
+GIVE = {"kind": "do", "id": 7, "op": "give", "primitive": "p1/b-1", "to": "p2"}
 VALID = (
     {"kind": "hello", "token": "t", "name": "Anna", "log_seq": 3},
     {"kind": "seen", "version": 3},
@@ -70,6 +71,7 @@ VALID = (
     SEEN,
     PRIMITIVE,
     PROPOSE,
+    GIVE,
 )
 BIG = 10**400
 
@@ -90,6 +92,8 @@ def test_each_kind_is_read():
     assert (surface.op_id, surface.op, surface.drawn.points.shape) == ("s", Op.SURFACE, (4, 3))
     assert (undo.op, undo.drawn) == (Op.UNDO, None)
     assert read(SEEN).drag == 12
+    given = read(GIVE)
+    assert (given.op, given.drawn.key, given.to) == (Op.GIVE, "p1/b-1", "p2")
 
 
 @pytest.mark.parametrize("points", [[], None])

@@ -5,8 +5,7 @@ import pytest
 
 from devices.hub.channels import StateChannel, people_of, rights_of, rights_text, whole_text
 from devices.hub.entities.board import Board
-from devices.hub.entities.pen import Pen
-from devices.hub.roles import Person, Role
+from devices.hub.roles import Pen, Person, Role
 
 ANN = Person("p1", 1, "Ann", Role.REMOTE)
 
@@ -14,8 +13,8 @@ ANN = Person("p1", 1, "Ann", Role.REMOTE)
 @pytest.mark.parametrize(
     ("person", "holder", "wanted"),
     [
-        (ANN, "", ["line", "primitive", "propose", "surface", "undo", "speak"]),
-        (ANN, "p1", ["line", "primitive", "propose", "surface", "undo", "speak"]),
+        (ANN, "", ["give", "line", "primitive", "propose", "surface", "undo", "speak"]),
+        (ANN, "p1", ["give", "line", "primitive", "propose", "surface", "undo", "speak"]),
         (ANN, "p2", ["speak"]),
         (replace(ANN, is_muted=True), "", []),
         (replace(ANN, role=Role.SPECTATOR), "", []),

@@ -145,6 +145,55 @@ def test_a_shape_is_chosen_at_the_left_hand_put_and_carried(inside, hub):
     assert inside.messages == []
 
 
+def test_a_shape_is_let_go_at_somebodys_hand_and_is_theirs(inside, hub, invite_guest):
+    guest, tools = invite_guest("Grace"), invite_guest.tools
+    inside.evaluate("live.tools.choose('shape')")
+    right = "headset.controllers.right"
+    inside.evaluate(f"{right}.position.set(0.3, 1.2, -0.4)")
+    inside.wait_for("live.headset.sides[1].grips === false")
+    time.sleep(0.3)
+
+    def grip_and_let_go():
+        inside.evaluate(f"{right}.updateButtonValue('squeeze', 1)")
+        inside.wait_for("live.headset.grab.holds(1)")
+        inside.evaluate(f"{right}.updateButtonValue('squeeze', 0)")
+        inside.wait_for("live.things.held === null && !live.headset.sides[1].grips")
+
+    def reach(place):
+        """Let Grace hold a hand somewhere until the page shows it there."""
+        head = tools.facing((0.3, 1.6, -1.2), np.pi)
+        hands = (None, tools.open_hand(place, side=1.0))
+        deadline = time.monotonic() + 20.0
+        shown = "live.people.byId.get('p2').shown?.hands?.[1]?.joints[0] ?? -9"
+        while abs(inside.evaluate(shown) - place[0]) > 0.01:
+            assert time.monotonic() < deadline
+            guest.send(room_from_head=head, hands=hands)
+            time.sleep(0.05)
+        guest.send(room_from_head=head, hands=hands)
+
+    # Her hand is at the other end of the room: the shape stays Ada's.
+    reach((-1.5, 1.2, 0.0))
+    grip_and_let_go()
+    body = placed(hub, lambda thing: thing.shape == "box")
+    time.sleep(0.5)
+    assert {thing.user_id for thing in hub.take().placed} <= {"p1"}
+
+    # At the shape's far side: it is hers, where it was let go.
+    x, y, z = body.world_from_primitive.translation
+    reach((float(x), float(z) + 0.15, float(-y) - 0.1))
+    grip_and_let_go()
+    hers = placed(hub, lambda thing: thing.user_id == "p2")
+    assert hers.primitive_id == body.primitive_id
+    inside.wait_for("live.handing.shown()[0]?.[1] === 'Grace has it'")
+    assert not inside.evaluate(f"live.things.isOwn('primitive', '{body.primitive_id}')")
+
+    # She removes it, and the page shows none.
+    guest.do(op="primitive", primitive=hers.primitive_id, shape=None)
+    placed(hub, lambda thing: thing.shape is None)
+    inside.wait_for("live.bodies.meshes.size === 0 && live.handing.shown().length === 0")
+    assert inside.messages == []
+
+
 def test_a_copy_of_an_object_slides_where_the_hand_points_and_turns_by_the_stick(inside, hub):
     now = time.monotonic_ns()
     box = TrackedObject(

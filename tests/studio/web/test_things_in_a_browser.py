@@ -309,3 +309,90 @@ def test_a_line_on_an_object_goes_along_and_who_points_has_a_ring(inside, echo, 
         time.sleep(0.1)
     inside.wait_for("live.attention.shown().length === 0")
     assert inside.messages == []
+
+
+def taken_by(who):
+    return lambda state: body if (body := only(state.primitives)) and body.user_id == who else None
+
+
+def test_a_shape_is_handed_over_and_handed_back(inside, echo, invite_guest):
+    guest = invite_guest("Grace")
+    choose(inside, "shape")
+    at = seen_at(inside, -0.8, 0, 0.5)
+    drag(inside, at, at)
+    body = echo.until(lambda state: only(state.primitives))
+    key = body.primitive_id
+    inside.wait_for("document.getElementById('thing-give').textContent === 'Give to Grace'")
+    assert not inside.evaluate("document.getElementById('thing-give').hidden")
+    assert inside.evaluate("document.getElementById('thing-taker').hidden"), "one person, no choice"
+    inside.evaluate("document.getElementById('thing-give').click()")
+    given = echo.until(taken_by("p2"))
+    assert given.primitive_id == key
+    inside.wait_for(f"live.handing.shown().join() === '{key},Grace has it'")
+    assert "Grace has" in inside.evaluate("document.getElementById('notice').textContent")
+    inside.wait_for("document.getElementById('thing-bar').hidden")
+    if PICTURES:
+        time.sleep(0.5)
+        Image.fromarray(inside.picture()).save(Path(PICTURES) / "handed-over.png")
+
+    # It is no longer the page's to move, also where the studio's word comes later.
+    choose(inside, "carry")
+    start = seen_at(inside, -0.8, 0.15, 0.64)
+    drag(inside, start, start, seen_at(inside, 0.2, 0.15, 0.64), seen_at(inside, 0.2, 0.15, 0.64))
+    assert "Grace’s" in inside.evaluate("document.getElementById('notice').textContent")
+    inside.evaluate(
+        f"live.link.do('primitive', {{primitive: '{key}', shape: 'box', size: [1, 1, 1],"
+        "pose: [1, 0, 0, 0, 0, 0, 1]})"
+    )
+    inside.wait_for("/Grace has it/.test(document.getElementById('notice').textContent)")
+
+    guest.do(op="give", primitive=key, to="p1")
+    back = echo.until(taken_by("p1"))
+    assert back.world_from_primitive.translation[0] == pytest.approx(
+        body.world_from_primitive.translation[0]
+    )
+    inside.wait_for("/Grace gave you/.test(document.getElementById('notice').textContent)")
+    inside.wait_for(f"live.handing.shown().join() === '{key},yours'")
+    start, end = (seen_at(inside, x, 0.15, 0.64) for x in (-0.8, 0.2))  # the view has turned
+    drag(inside, start, start, end, end)
+    echo.until(
+        lambda state: only(state.primitives).world_from_primitive.translation[0] > 0.1 or None
+    )
+    inside.wait_for("live.handing.shown().length === 0")
+    assert inside.messages == []
+
+
+def test_one_of_several_people_is_chosen(inside, echo, invite_guest):
+    for name in ("Grace", "Ivan"):
+        invite_guest(name)
+    choose(inside, "shape")
+    at = seen_at(inside, -0.8, 0, 0.5)
+    drag(inside, at, at)
+    echo.until(lambda state: only(state.primitives))
+    inside.wait_for("document.getElementById('thing-taker').options.length === 2")
+    assert not inside.evaluate("document.getElementById('thing-taker').hidden")
+    if PICTURES:
+        Image.fromarray(inside.picture()).save(Path(PICTURES) / "whom-to-give.png")
+    inside.evaluate("document.getElementById('thing-taker').value = 'p3'")
+    inside.evaluate("document.getElementById('thing-give').click()")
+    echo.until(taken_by("p3"))
+    inside.wait_for("live.handing.shown()[0]?.[1] === 'Ivan has it'")
+
+
+def test_what_somebody_has_left_is_taken_by_a_click(inside, echo, hub, invite_guest):
+    guest = invite_guest("Grace")
+    pose = [-0.8, 0, 0.5, 0, 0, 0, 1]
+    guest.do(op="primitive", primitive="b", shape="box", size=[0.3] * 3, pose=pose)
+    echo.until(lambda state: only(state.primitives))
+    inside.wait_for("live.things.of('primitive').length === 1")
+    hub.remove("p2")
+    inside.wait_for("live.people.byId.size === 0")
+    choose(inside, "carry")
+    at = seen_at(inside, -0.8, 0.15, 0.64)
+    drag(inside, at, at)
+    echo.until(taken_by("p1"))
+    inside.wait_for("/yours now/.test(document.getElementById('notice').textContent)")
+    drag(inside, at, at, seen_at(inside, 0.2, 0.15, 0.64), seen_at(inside, 0.2, 0.15, 0.64))
+    echo.until(
+        lambda state: only(state.primitives).world_from_primitive.translation[0] > 0.1 or None
+    )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING
@@ -27,7 +27,6 @@ MAX_UNDO = 50
 WORSE_MS = 150.0
 """Round trip above which talking and pointing do not fit any more, milliseconds (ITU-T G.114 asks
 for 150 one way at most)."""
-
 
 ROLES = {
     "local": "on site",
@@ -69,7 +68,10 @@ class Guests:
         """The code that is shown; None before one is made, and after it was used."""
         self.asks_for_network = False
         """Whether somebody is being asked if the network may reach the room."""
+        self.opens_at_once = False
+        """Whether the doors of each session are opened, on this computer, as soon as it begins."""
         self._bench, self._doors = bench, doors
+        self._greeted: Doors | None = None
         self._role = "remote"
         self._opening: Task[str] | None = None
         self._opens_for: Doors | None = None
@@ -143,6 +145,11 @@ class Guests:
         else:
             self._open(is_open=False)
 
+    def open_at_once(self, is_wanted: bool | None = None) -> None:
+        """Open the doors of each session as soon as it begins, or no longer; None changes it."""
+        self.opens_at_once = not self.opens_at_once if is_wanted is None else is_wanted
+        self._bench.announce(Topic.SESSION)
+
     def ask_for_network(self, is_asked: bool = True) -> None:
         """Ask whether the network may reach the room, or do not ask any more."""
         self.asks_for_network = is_asked
@@ -187,6 +194,10 @@ class Guests:
             self._opening = None
             self._bench.busy.discard(OPENING)
             self._end_of(opening)
+        doors = self._doors()
+        is_new, self._greeted = doors is not self._greeted, doors
+        if is_new and doors is not None and self.opens_at_once and doors.hub is None:
+            self.let_in()
         hub = self._hub()
         if hub is None or hub is not self._shown_of:
             self._known, self._shown_of = frozenset(), hub
@@ -377,11 +388,7 @@ def role_of(name: str) -> Role:
     try:
         return Role(name.strip().lower())
     except ValueError:
-        raise ValueError(f"people: role = {name!r}, wanted one of {_words(Role)}") from None
-
-
-def _words(values: Iterable[object]) -> str:
-    return ", ".join(str(each) for each in values)
+        raise ValueError(f"people: role = {name!r}, wanted one of {', '.join(Role)}") from None
 
 
 def _opened(doors: Doors, hosting: Hosting) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
@@ -14,6 +15,9 @@ from studio.app.model.settings import RECENT
 from studio.app.model.workbench import Topic, Workbench
 
 if TYPE_CHECKING:  # what a session needs takes a second to import: not before the window is shown
+    import numpy as np
+    from numpy.typing import NDArray
+
     from devices.camera.lenses.layout import LensLayout
     from studio.live.live import LiveSession
     from studio.live.setup import LiveSetup
@@ -46,12 +50,29 @@ class LiveChoice:
     headset: str = ""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class HeadsetView:
+    """Picture of a headset's camera.
+
+    Attributes:
+        person_id: of whoever wears it.
+        t_ns: when it was taken, session time; None before the first.
+        age_s: of it.
+        draw: returns (H, W, 3) uint8 RGB: the newest, with what the headset's display shows.
+    """
+
+    person_id: str
+    t_ns: int | None
+    age_s: float
+    draw: Callable[[], NDArray[np.uint8] | None]
+
+
 class Step(StrEnum):
     """Next step of the one button; its words."""
 
     CHECK = "Check and connect"
     OPENING = "Opening the room …"
-    CONFIRM = "Confirm"
+    CONFIRM = "Confirm and go live"
     TRY_AGAIN = "Try again"
     GO_LIVE = "Go live"
     GO_LIVE_SOON = "Go live when ready"
@@ -101,6 +122,19 @@ class LiveRun:
         """The session, while it plays."""
         job = self.job
         return job.live if job is not None and job.running else None
+
+    def headset_view(self) -> HeadsetView | None:
+        """Return the picture of the local user's headset; None where none is worn."""
+        session = self.session
+        worn = None if session is None else session.worn
+        if session is None or worn is None:
+            return None
+        from studio.live.hololens.local_user import WEARER
+
+        frame = worn.anchoring.picture
+        if frame is None:
+            return HeadsetView(WEARER, None, 0.0, worn.view)
+        return HeadsetView(WEARER, frame.t_ns, (session.now_ns() - frame.t_ns) / 1e9, worn.view)
 
     @property
     def step(self) -> Step:
@@ -226,6 +260,7 @@ class LiveRun:
                 self.begin()
             case Step.CONFIRM:
                 self.confirm()
+                self.go_live()
             case Step.TRY_AGAIN:
                 self.try_again()
             case Step.GO_LIVE | Step.GO_LIVE_SOON:

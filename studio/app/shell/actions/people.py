@@ -44,6 +44,14 @@ class GuestActions:
                 icon="mdi6.account-plus-outline",
             ),
             Action(
+                "people.open_at_once",
+                "Let people in as soon as a live session begins",
+                "Live",
+                guests.open_at_once,
+                "on this computer; the one button of a session opens its doors, too",
+                is_on=lambda: guests.opens_at_once,
+            ),
+            Action(
                 "people.open_network",
                 "Open the room to this network",
                 "Live",

@@ -14,6 +14,7 @@ from scenes.cameras import Pinhole
 from scenes.pose import Pose
 from studio.app.model.actions import Choice
 from studio.app.model.names import CAMERA
+from studio.app.model.runs.live_run import HeadsetView, LiveRun
 from studio.app.model.workbench import Topic, Workbench
 from studio.app.viewport.drawing.scene_drawing import Drawings
 from studio.app.viewport.drawing.shapes import Shown, shapes_of
@@ -32,6 +33,13 @@ POLL_MS = 30
 MAX_INSETS = 3
 """Small pictures at a time: two points of view and the 360° camera."""
 
+HEADSET_NS = 100_000_000
+"""Between two shown pictures of a headset, ns: ten a second, somewhat more than a drawn view gets
+of the thread's time."""
+
+OLD_S = 1.0
+"""Age of a headset's picture that is said, seconds: its longest gap in ordinary use is 0.2 s."""
+
 A_ROW = 2
 """In a row: at 1280 × 800 the view is some 640 pixels wide, and a face is seen in 200."""
 
@@ -46,6 +54,9 @@ EDGE_PX, GAP_PX = 12, 8
 
 FOOT_PX = 36
 """Left free at the view's lower edge, where its own words stand, pixels."""
+
+ROLES = ("local", "remote")
+"""Roles of the two people whose views stand beside each other."""
 
 Place = tuple[int, int, int, int]
 """Left, top, width, height, pixels."""
@@ -67,6 +78,8 @@ class Insets:
         self._painter: InsetPainter | None = None
         self._shown: dict[str, Inset] = {}
         self._is_covered = False
+        self._headset_ns: dict[str, int] = {}
+        """Times of the pictures of headsets that are shown."""
         self._timer = QTimer(over)
         self._timer.timeout.connect(self._poll)
         for topic in (Topic.STATE, Topic.SETTINGS):
@@ -86,7 +99,7 @@ class Insets:
     def choices(self) -> list[Choice]:
         """All views that can be shown, and which are."""
         bench = self._bench
-        found = sources_of(bench.state, bench.document, bench.scene)
+        found = self._known()
         return [
             Choice(
                 bench.name_of(source),
@@ -103,14 +116,34 @@ class Insets:
         else:
             self.open_source(source)
 
+    def switch_people(self) -> None:
+        """Open the views of whoever is in the room and of whoever is elsewhere, or close both.
+
+        Of each the first one.
+
+        Raises:
+            ValueError: one of them is not here, or `MAX_INSETS` are shown.
+        """
+        avatars = self._bench.state.avatars.values()
+        roles = [next((a.user_id for a in avatars if a.role == role), None) for role in ROLES]
+        people = [person for person in roles if person is not None]
+        if len(people) < len(ROLES):
+            missing = " and ".join(r for r, p in zip(ROLES, roles, strict=True) if p is None)
+            raise ValueError(f"views of both people: no {missing} person is here, let them join")
+        if all(person in self._shown for person in people):
+            for person in people:
+                self.close_source(person)
+            return
+        for person in people:
+            self.open_source(person)
+
     def open_source(self, source: str) -> None:
         """Show a view beside those that are shown.
 
         Raises:
             ValueError: there is nobody and nothing of that id, or `MAX_INSETS` are shown.
         """
-        bench = self._bench
-        known = sources_of(bench.state, bench.document, bench.scene)
+        bench, known = self._bench, self._known()
         if source not in known:
             raise ValueError(f"{source!r}: nobody sees that; wanted one of {', '.join(known)}")
         if source in self._shown:
@@ -135,6 +168,7 @@ class Insets:
             return
         if self._painter is not None:
             self._painter.forget(source)
+        self._headset_ns.pop(source, None)
         inset.hide()
         inset.deleteLater()
         self.place()
@@ -170,6 +204,8 @@ class Insets:
         """Ask for pictures of what is now."""
         for source, inset in self._shown.items():
             bench = self._bench
+            if self._headset(source) is not None:
+                continue  # shown as its own pictures come
             inset.name(title_of(source, bench.name_of(source)))
             if source == CAMERA:
                 inset.show_picture(bench.camera_picture, "no picture of the camera yet")
@@ -199,11 +235,40 @@ class Insets:
             source, View(bench.state, camera, eyes, bench.live, tuple(shapes), seen_by=source)
         )
 
-    def _poll(self) -> None:
-        if self._painter is None:
+    def _known(self) -> tuple[str, ...]:
+        """Return all sources; a headset's also before it is known where its wearer is."""
+        bench = self._bench
+        found = sources_of(bench.state, bench.document, bench.scene)
+        live = bench.shared(LiveRun)
+        seen = None if live is None else live.headset_view()
+        return tuple(dict.fromkeys((*found, *(() if seen is None else (seen.person_id,)))))
+
+    def _headset(self, source: str) -> HeadsetView | None:
+        """Return the picture of somebody's own headset; None where a view of theirs is drawn."""
+        live = self._bench.shared(LiveRun)
+        seen = None if live is None else live.headset_view()
+        return None if seen is None or seen.person_id != source else seen
+
+    def _show_headset(self, source: str, inset: Inset, *, seen: HeadsetView) -> None:
+        """Show the newest picture of a headset, and its age where it is old."""
+        if seen.t_ns is None:
+            inset.show_picture(None, "no picture of the headset yet")
             return
+        name = title_of(source, self._bench.name_of(source))
+        inset.name(f"{name}, {seen.age_s:.0f} s old" if seen.age_s > OLD_S else name)
+        shown_ns = self._headset_ns.get(source)
+        if shown_ns is None or seen.t_ns - shown_ns >= HEADSET_NS:
+            self._headset_ns[source] = seen.t_ns
+            inset.show_picture(seen.draw(), "no picture of the headset yet")
+
+    def _poll(self) -> None:
         bench = self._bench
         for source, inset in self._shown.items():
+            seen = self._headset(source)
+            if seen is not None:
+                self._show_headset(source, inset, seen=seen)
+            if seen is not None or self._painter is None:
+                continue
             painted = self._painter.take(source)
             # Somebody who left while they were drawn stays away.
             is_here = eyes_of(source, bench.state, bench.document, bench.scene) is not None

@@ -18,9 +18,10 @@ const byId = (id) => document.getElementById(id);
 export const MAKES = { shape: "primitive", propose: "proposal", carry: null };
 
 export class Carry {
-  /** `room` with camera, hit and objectAt; `picker` finds things; `ask()` gives shape and colour. */
-  constructor(room, things, picker, { ask, notice, changed }) {
-    Object.assign(this, { room, things, picker, ask, notice, changed });
+  /** `room` with camera, hit and objectAt; `picker` finds things; `ask()` gives shape and colour,
+      `handing` passes shapes on. */
+  constructor(room, things, picker, { ask, handing, notice, changed }) {
+    Object.assign(this, { room, things, picker, ask, handing, notice, changed });
     this.drag = null; // what the pointer holds
     this.selected = null; // { kind, key }
     this.burst = { at: -Infinity, drag: 0, what: "" };
@@ -42,9 +43,12 @@ export class Carry {
       this.select(null);
       return false;
     }
-    if (!this.things.isOwn(found.key)) {
-      const by = this.things.get(found.kind, found.key).name ?? "somebody else";
-      this.notice(`That is ${by === "somebody else" ? "somebody else’s" : `${by}’s`}: only they can move it.`);
+    if (!this.things.isOwn(found.kind, found.key)) {
+      if (this.handing.takeLeft(found)) return false;
+      const { name, by } = this.things.get(found.kind, found.key);
+      const who = name ?? this.handing.nameOf(by);
+      const ask = found.kind === "primitive" ? " Ask them to give it to you." : "";
+      this.notice(`That is ${who}’s: only they can move it.${ask}`);
       return false;
     }
     this.select(found);
@@ -206,8 +210,10 @@ export class Carry {
 
   #outlineAnew() {
     const { selected } = this;
-    const fields = selected === null ? null : this.things.get(selected.kind, selected.key);
+    const isOwn = selected !== null && this.things.isOwn(selected.kind, selected.key);
+    const fields = isOwn ? this.things.get(selected.kind, selected.key) : null;
     if (fields === null) this.selected = null;
+    this.handing.offer(fields !== null && selected.kind === "primitive" ? selected.key : null);
     byId("thing-bar").hidden = fields === null;
     if (fields !== null) {
       byId("thing-back").hidden = !fields.corners;

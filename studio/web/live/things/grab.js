@@ -14,9 +14,9 @@ const STILL = [0, 0, 0, 0, 0, 0, 1];
 const DRAWN_M = 0.06; // so far a hand has moved before what it puts grows
 
 export class Grab {
-  /** `tools` with tool, shape and ink; `picker` finds things near a hand. */
-  constructor(room, things, picker, tools) {
-    Object.assign(this, { room, things, picker, tools });
+  /** `tools` with tool, shape and ink; `picker` finds things near a hand; `handing` passes them on. */
+  constructor(room, things, picker, { tools, handing }) {
+    Object.assign(this, { room, things, picker, tools, handing });
     this.held = [null, null]; // by each hand
   }
 
@@ -25,6 +25,8 @@ export class Grab {
     if (this.held.some((held) => held !== null)) return false; // one thing at a time
     const own = this.#own(tip, points ? aim : null);
     if (own !== null) return this.#hold(side, own, pose);
+    const near = this.picker.near(tip, REACH_M);
+    if (near !== null && this.handing.takeLeft(near)) return true; // carried by the next grip
     const { tool } = this.tools;
     if (tool === "shape" && this.things.can("primitive")) return this.#putShape(side, tip);
     if (tool === "propose" && this.things.can("proposal")) return this.#copyObject(side, tip, aim);
@@ -47,9 +49,11 @@ export class Grab {
   }
 
   end(side) {
-    if (this.held[side] === null) return;
+    const held = this.held[side];
+    if (held === null) return;
     this.held[side] = null;
     this.things.end();
+    if (held.kind === "primitive") this.handing.letGo(held.key);
   }
 
   /** Takes what a hand carries away: a surface is back in its place, all else is removed. */
@@ -65,10 +69,11 @@ export class Grab {
 
   #own(tip, aim) {
     const near = this.picker.near(tip, REACH_M);
-    if (near !== null && this.things.isOwn(near.key) && this.things.can(near.kind)) return near;
+    if (near !== null && this.things.isOwn(near.kind, near.key) && this.things.can(near.kind)) return near;
     if (aim === null) return null;
     const found = this.picker.hit(...this.#worldRay(aim));
-    return found !== null && this.things.isOwn(found.key) && this.things.can(found.kind) ? found : null;
+    const isOwn = found !== null && this.things.isOwn(found.kind, found.key);
+    return isOwn && this.things.can(found.kind) ? found : null;
   }
 
   #hold(side, { kind, key }, pose) {

@@ -39,6 +39,12 @@ export class Picker {
     return found.filter((thing) => thing.metres <= metres).sort((a, b) => a.metres - b.metres)[0] ?? null;
   }
 
+  /** Metres from a place, three numbers in upright axes, to a primitive; far where it is gone. */
+  toShape(key, place) {
+    const mesh = this.bodies.meshes.get(key);
+    return mesh === undefined ? Infinity : this.#toBox(mesh, new THREE.Vector3(...place));
+  }
+
   /** Metres from a place to a mesh's box. */
   #toBox(mesh, place) {
     if (mesh.geometry.boundingBox === null) mesh.geometry.computeBoundingBox();

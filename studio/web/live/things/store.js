@@ -33,6 +33,7 @@ export class Things {
     this.known = new Map(); // by kind and key: { kind, key, fields, sure, waiting, unsent, sentAt }
     this.asked = new Map(); // by number of an operation, the thing
     this.held = null; // the thing that is being carried
+    this.passed = (_key, _from, _to) => {}; // a primitive is somebody else's now
     this.rights = [];
     this.you = "";
     this.count = 0;
@@ -73,8 +74,10 @@ export class Things {
     return this.rights.includes(KINDS[kind][0]);
   }
 
-  isOwn(key) {
-    return key.startsWith(`${this.you}/`);
+  /** Whether a thing is one's own: a primitive may have been given away, or to one. */
+  isOwn(kind, key) {
+    const by = kind === "primitive" ? this.known.get(`${kind}:${key}`)?.sure?.by : undefined;
+    return by === undefined ? key.startsWith(`${this.you}/`) : by === this.you;
   }
 
   get(kind, key) {
@@ -101,6 +104,7 @@ export class Things {
 
   /** Changes or makes a thing of one's own; `end` must follow once it is let go. */
   put(kind, key, fields, drag, now = performance.now()) {
+    if (!this.isOwn(kind, key)) return; // it was given away meanwhile
     const thing = this.#thing(kind, key);
     this.held = thing;
     thing.fields = { by: this.you, ...fields };
@@ -124,7 +128,13 @@ export class Things {
     this.end();
   }
 
+  /** Asks that somebody else has a primitive. */
+  give(key, to) {
+    this.link.do("give", { primitive: key, to });
+  }
+
   erase(kind, key) {
+    if (!this.isOwn(kind, key)) return;
     if (this.held?.key === key) this.held = null;
     const thing = this.#thing(kind, key);
     thing.fields = null;
@@ -144,8 +154,13 @@ export class Things {
 
   #learn(kind, key, fields) {
     const thing = this.#thing(kind, key);
+    const before = thing.sure?.by;
     thing.sure = fields;
+    if (this.held === thing && !this.isOwn(kind, key)) this.held = null;
     this.#settle(thing);
+    if (kind === "primitive" && before && fields && before !== fields.by) {
+      this.passed(key, before, fields.by);
+    }
   }
 
   /** Shows what the studio has, unless one's own hand is further. */

@@ -19,7 +19,7 @@ from devices.hub.entities.board import (
 )
 from devices.hub.entities.drawn import Drawn
 from devices.hub.messages import Do, OpError
-from devices.hub.roles import Op
+from devices.hub.roles import Op, Person, Role
 from scenes.pose import Pose
 
 SQUARE = np.array([[0, 1, 0], [2, 1, 0], [2, 0, 0], [0, 0, 0]], dtype=float)
@@ -254,3 +254,97 @@ def test_who_moves_an_object_first_has_it_until_they_let_go(board):
     board.do("p1", proposal("a", 0.2), now_ns=2 * HOLD_NS + 3, name="Ann")
     board.forget("p1")
     board.do("p2", proposal("b", 1.0), now_ns=2 * HOLD_NS + 4, name="Ben")
+
+
+HERE = {
+    name: Person(name, index, called, role)
+    for index, (name, called, role) in enumerate(
+        [
+            ("p1", "Ann", Role.LOCAL),
+            ("p2", "Ben", Role.REMOTE),
+            ("p3", "Cleo", Role.REMOTE),
+            ("p4", "Sam", Role.SPECTATOR),
+        ]
+    )
+}
+"""People who are here; Sam only watches."""
+
+
+def gift(key, to):
+    return Do(1, Op.GIVE, Drawn(Op.PRIMITIVE, key, ""), to=to)
+
+
+def owner(board, key="p1/a"):
+    return board.whole()["primitives"][key]["by"]
+
+
+def test_who_is_given_a_shape_moves_it_and_the_giver_no_longer(board):
+    board.do("p1", body("a", 1.0), now_ns=0, name="Ann")
+    given = board.give("p1", gift("a", "p2"), here=HERE)
+    assert (given.key, given.by, given.name, given.shape) == ("p1/a", "p2", "Ben", "box")
+    assert (owner(board), places(board, "primitives")) == ("p2", {"p1/a": 1})
+    with pytest.raises(OpError, match="Ben has it"):
+        board.do("p1", body("a", 2.0), now_ns=1, name="Ann")
+    board.do("p2", body("p1/a", 3.0), now_ns=2, name="Ben")
+    assert places(board, "primitives") == {"p1/a": 3}
+    board.give("p2", gift("p1/a", "p1"), here=HERE)
+    board.do("p1", body("a", 4.0), now_ns=3, name="Ann")
+    with pytest.raises(OpError, match="Ann has it"):
+        board.do("p2", body("p1/a", 5.0), now_ns=4, name="Ben")
+
+
+def test_of_two_hand_overs_the_first_counts(board):
+    board.do("p1", body("a"), now_ns=0, name="Ann")
+    board.give("p1", gift("a", "p2"), here=HERE)
+    with pytest.raises(OpError, match="Ben has it"):
+        board.give("p1", gift("a", "p3"), here=HERE)
+    with pytest.raises(OpError, match="Ben has it"):
+        board.give("p3", gift("p1/a", "p3"), here=HERE)
+    assert owner(board) == "p2"
+    # Nobody takes what somebody has who is here; what is left goes to whoever asks first.
+    left = {key: person for key, person in HERE.items() if key != "p2"}
+    with pytest.raises(OpError, match="Ben has it"):
+        board.give("p3", gift("p1/a", "p1"), here=left)
+    board.give("p3", gift("p1/a", "p3"), here=left)
+    with pytest.raises(OpError, match="Cleo has it"):
+        board.give("p1", gift("a", "p1"), here=left)
+    assert owner(board) == "p3"
+
+
+def test_nobody_undoes_what_they_have_given_away(board):
+    board.do("p1", body("b", 7.0), now_ns=0)
+    board.do("p1", body("a", 1.0), now_ns=1)
+    board.do("p1", body("a", 2.0), now_ns=3 * STEADY_NS)
+    board.give("p1", gift("a", "p2"), here=HERE)
+    board.do("p2", body("p1/a", 3.0), now_ns=6 * STEADY_NS)
+    assert board.do("p1", UNDO, now_ns=7 * STEADY_NS).key == "p1/b"
+    assert places(board, "primitives") == {"p1/a": 3}
+    # Nor does whoever got it undo more than what they did.
+    board.do("p2", UNDO, now_ns=8 * STEADY_NS)
+    assert (owner(board), places(board, "primitives")) == ("p2", {"p1/a": 2})
+    with pytest.raises(OpError, match="nothing to undo"):
+        board.do("p2", UNDO, now_ns=9 * STEADY_NS)
+
+
+def test_what_a_maker_sends_late_does_not_make_a_removed_shape_anew(board):
+    board.do("p1", body("a", 1.0), now_ns=0, name="Ann")
+    board.give("p1", gift("a", "p2"), here=HERE)
+    board.do("p2", body("p1/a", shape=None), now_ns=1, name="Ben")
+    with pytest.raises(OpError, match="Ben has it"):
+        board.do("p1", body("a", 2.0), now_ns=2, name="Ann")
+    board.do("p2", UNDO, now_ns=3)
+    assert (owner(board), places(board, "primitives")) == ("p2", {"p1/a": 1})
+
+
+def test_a_shape_is_given_to_nobody_who_cannot_have_it(board):
+    board.do("p1", body("a"), now_ns=0, name="Ann")
+    for to, why in (("p4", "Sam only watches"), ("p9", "nobody of that name")):
+        with pytest.raises(OpError, match=why):
+            board.give("p1", gift("a", to), here=HERE)
+    with pytest.raises(OpError, match="not there"):
+        board.give("p1", gift("gone", "p2"), here=HERE)
+    for number in range(MAX_PRIMITIVES_EACH):
+        board.do("p2", body(f"n{number}"), now_ns=0, name="Ben")
+    with pytest.raises(OpError, match=f"Ben has {MAX_PRIMITIVES_EACH}"):
+        board.give("p1", gift("a", "p2"), here=HERE)
+    assert owner(board) == "p1"

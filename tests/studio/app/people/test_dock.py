@@ -60,6 +60,18 @@ def test_one_click_from_a_running_session_to_a_code(stage, panel):
     assert not panel.let_in.isVisible()
 
 
+def test_people_are_let_in_with_the_next_session_by_a_tick(stage, panel):
+    assert panel.at_once.isVisible()
+    panel.at_once.click()
+    panel.refresh()
+    assert panel.at_once.isChecked()
+    stage.play()
+    stage.wait()
+    panel.refresh()
+    assert panel.invitation.code.text() == "123 456"
+    assert not panel.at_once.isVisible()
+
+
 def test_the_squares_on_the_screen_hold_the_link(stage, panel, qapp):
     opened(stage, panel)
     qapp.processEvents()

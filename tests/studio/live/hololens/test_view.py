@@ -47,3 +47,19 @@ def test_words_are_written_and_what_is_behind_is_not_seen():
     behind = Solid(Shape.CUBE, Pose(np.eye(3), np.array([0.0, -2.0, 0.0])), (0.5, 0.5, 0.5), RED)
     assert not seen_by_wearer(frame(AHEAD), [behind]).any()
     assert not seen_by_wearer(frame(None), [words]).any()
+
+
+@pytest.mark.parametrize("x", [0.0, -1.4, 9.0])
+def test_what_is_translucent_lets_the_picture_through(x):
+    given = frame(AHEAD)
+    given.image[:] = 100
+    half = Solid(
+        Shape.CUBE, Pose(np.eye(3), np.array([x, 2.0, 0.0])), (0.5,) * 3, (1.0, 0.0, 0.0, 0.5)
+    )
+    solid = Solid(Shape.CUBE, half.world_from_item, half.size_m, RED)
+    shown, opaque = (seen_by_wearer(given, [item]) for item in (half, solid))
+    changed = opaque != 100
+    assert changed.any() == (x < 9.0), "the last one is beside the picture"
+    blended = (opaque.astype(float) + 100.0) / 2.0
+    assert np.abs(shown.astype(float) - blended).max() <= 2.0
+    assert (shown[~changed] == 100).all()

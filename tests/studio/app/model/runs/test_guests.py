@@ -1,5 +1,7 @@
 """Guests without a window: doors, codes, roles, undo."""
 
+from types import SimpleNamespace
+
 import pytest
 
 from devices.hub.roles import Role
@@ -121,3 +123,28 @@ def test_closed_doors_and_an_ended_session_forget_code_and_people(stage):
     stage.guests.poll()
     assert stage.guests.state is DoorState.NO_SESSION
     assert stage.guests.invitation is None
+
+
+def test_doors_open_as_soon_as_a_session_begins_where_that_is_wanted(stage):
+    stage.play()
+    stage.wait()
+    assert stage.guests.state is DoorState.CLOSED, "nobody wanted it"
+    stage.guests.open_at_once()
+    stage.wait()
+    assert stage.guests.state is DoorState.CLOSED, "this session has begun already"
+    stage.play()
+    stage.wait()
+    assert stage.guests.state is DoorState.HERE
+    assert stage.guests.invitation.code == "123456"
+    stage.guests.close()
+    stage.wait()
+    assert stage.guests.state is DoorState.CLOSED, "closed by hand they stay closed"
+    # Doors that a command line has opened stay as they are.
+    hub = stage.play().open(SimpleNamespace(is_open=True))
+    stage.wait()
+    assert stage.doors.hub is hub
+    assert stage.guests.state is DoorState.NETWORK
+    stage.guests.open_at_once(False)
+    stage.play()
+    stage.wait()
+    assert stage.guests.state is DoorState.CLOSED

@@ -139,3 +139,35 @@ def test_no_password_is_shown(path, word):
 def test_what_has_no_host_stays():
     assert shown_address(" v4l2:/dev/video0 ") == "v4l2:/dev/video0"
     assert shown_address("me@home.mp4") == "me@home.mp4"
+
+
+def test_the_picture_of_a_headset_is_that_of_whoever_wears_it(live):
+    assert live.headset_view() is None
+    live._run.job = job = Playing(LivePlan("lab", None, live._run.out), LiveState.LIVE)
+    job.live.worn = None
+    assert live.headset_view() is None, "nobody wears one"
+    anchoring = SimpleNamespace(picture=None)
+    job.live.worn = SimpleNamespace(anchoring=anchoring, view=lambda: "picture")
+    job.live.now_ns = lambda: 3_500_000_000
+    assert live.headset_view().t_ns is None
+    anchoring.picture = SimpleNamespace(t_ns=1_000_000_000)
+    seen = live.headset_view()
+    assert (seen.person_id, seen.t_ns, seen.age_s) == ("hololens", 1_000_000_000, 2.5)
+    assert seen.draw() == "picture"
+
+
+def test_a_doubtful_layout_is_confirmed_and_goes_live_by_one_press(live):
+    live._run.job = job = Playing(LivePlan("lab", None, live._run.out), LiveState.CONFIRMING)
+    done = []
+    job.live.layout, job.live.choose_layout = "stacked", lambda layout: done.append(layout)
+    job.live.go_live = lambda: done.append("live")
+    assert live.step == "Confirm and go live"
+    live.go_on()
+    assert done == ["stacked", "live"]
+    job.live.state = LiveState.CONNECTING
+    assert live.step is Step.GOES_LIVE
+    # Confirmed by its own command, the button still asks.
+    live._goes_live, job.live.state = False, LiveState.CONFIRMING
+    live.confirm()
+    job.live.state = LiveState.CONNECTING
+    assert live.step is Step.GO_LIVE_SOON

@@ -1,5 +1,7 @@
 """Small pictures as their user has them: opened from the menu, closed one by one."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from scenes.frames import look_at
 from scenes.opening import open_scene
 from scenes.state import Avatar, SceneState
 from studio.app.model.documents.document import Document
+from studio.app.model.runs.live_run import HeadsetView, LiveRun
 from studio.app.model.settings import Settings
 from studio.app.model.workbench import Workbench
 from studio.console.display import why_no_window
@@ -124,4 +127,56 @@ def test_who_has_left_is_said_to_be_away_and_comes_back(grid, bench, until):
 def test_another_scene_closes_them(grid, bench, desk):
     bench.do("view.inset", source="ana")
     bench.show_scene(desk)
+    assert grid.insets.sources == ()
+
+
+class Worn:
+    """A headset of `hololens` in the live session of a bench."""
+
+    def __init__(self, bench):
+        self.t_ns, self.age_s, self.drawn = None, 0.0, 0
+        live = LiveRun(bench, SimpleNamespace(job=None))
+        live.headset_view = lambda: HeadsetView("hololens", self.t_ns, self.age_s, self.draw)
+        bench.share(live)
+
+    def draw(self):
+        self.drawn += 1
+        return np.full((428, 760, 3), 90, np.uint8)
+
+
+def test_of_the_local_user_is_shown_what_their_headset_sees(grid, bench, until):
+    worn = Worn(bench)
+    assert bench.do("view.inset", source="hololens"), "also before it is known where they are"
+    shown = inset(grid, "hololens")
+    until(lambda: shown.words == "no picture of the headset yet")
+    worn.t_ns = 0
+    until(lambda: not shown.words)
+    assert shown.title == "what hololens sees"
+    worn.t_ns, drawn = 99_000_000, worn.drawn
+    worn.age_s = 3.2
+    until(lambda: shown.title == "what hololens sees, 3 s old")
+    assert worn.drawn == drawn, "ten a second"
+    worn.t_ns = 100_000_000
+    until(lambda: worn.drawn == drawn + 1)
+    bench.do("view.no_insets")
+    worn.t_ns = None
+    bench.do("view.inset", source="hololens")
+    until(lambda: inset(grid, "hololens").words == "no picture of the headset yet")
+
+
+def test_both_peoples_views_are_opened_and_closed_at_once(grid, bench, until):
+    assert not bench.do("view.people")
+    assert "no local person is here" in bench.log.lines()[-1].text
+    people = dict(with_people("ana", "ben").avatars)
+    people["hololens"] = Avatar("hololens", "local", people["ben"].world_from_head, name="Cleo")
+    bench.show_state(SceneState(avatars=people))
+    Worn(bench).t_ns = 0
+    assert bench.do("view.people")
+    assert grid.insets.sources == ("hololens", "ana")
+    until(lambda: not inset(grid, "hololens").words and not inset(grid, "ana").words)
+    assert inset(grid, "hololens").title == "what Cleo sees"
+    bench.do("view.inset", source="ana")
+    assert bench.do("view.people"), "the one that was closed is opened again"
+    assert set(grid.insets.sources) == {"hololens", "ana"}
+    assert bench.do("view.people")
     assert grid.insets.sources == ()

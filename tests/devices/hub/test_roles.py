@@ -1,9 +1,8 @@
-"""The pen: who may draw while one person has it."""
+"""Rights of people: who may draw while one person has the pen."""
 
 import pytest
 
-from devices.hub.entities.pen import Pen, can_hold_pen
-from devices.hub.roles import Op, Person, Role
+from devices.hub.roles import Op, Pen, Person, Role, can_hold_pen
 
 ANN = Person("p1", 1, "Ann", Role.REMOTE)
 BEN = Person("p2", 2, "Ben", Role.LOCAL)
