@@ -122,7 +122,7 @@ def test_a_shape_is_chosen_at_the_left_hand_put_and_carried(inside, hub):
     inside.evaluate(f"{right}.position.set(0.3, 1.2, -0.4)")
     inside.wait_for("!live.headset.sides[1].grips")
     inside.evaluate(f"{right}.updateButtonValue('squeeze', 1)")
-    body = placed(hub, lambda thing: thing.shape == "box")
+    body = placed(hub, lambda body: body.shape == "box")
     inside.evaluate(f"{right}.updateButtonValue('squeeze', 0)")
     inside.wait_for("live.things.held === null")
     assert body.size_m == pytest.approx((0.3, 0.3, 0.3))
@@ -138,7 +138,7 @@ def test_a_shape_is_chosen_at_the_left_hand_put_and_carried(inside, hub):
 
     placed(hub, carried)
     inside.evaluate(f"{right}.updateButtonValue('b-button', 1)")
-    placed(hub, lambda thing: thing.shape is None)
+    placed(hub, lambda body: body.shape is None)
     inside.evaluate(f"{right}.updateButtonValue('b-button', 0)")
     inside.evaluate(f"{right}.updateButtonValue('squeeze', 0)")
     inside.wait_for("live.bodies.meshes.size === 0 && !live.headset.sides[1].grips")
@@ -174,22 +174,22 @@ def test_a_shape_is_let_go_at_somebodys_hand_and_is_theirs(inside, hub, invite_g
     # Her hand is at the other end of the room: the shape stays Ada's.
     reach((-1.5, 1.2, 0.0))
     grip_and_let_go()
-    body = placed(hub, lambda thing: thing.shape == "box")
+    body = placed(hub, lambda body: body.shape == "box")
     time.sleep(0.5)
-    assert {thing.user_id for thing in hub.take().placed} <= {"p1"}
+    assert {body.user_id for body in hub.take().placed} <= {"p1"}
 
     # At the shape's far side: it is hers, where it was let go.
     x, y, z = body.world_from_primitive.translation
     reach((float(x), float(z) + 0.15, float(-y) - 0.1))
     grip_and_let_go()
-    hers = placed(hub, lambda thing: thing.user_id == "p2")
+    hers = placed(hub, lambda body: body.user_id == "p2")
     assert hers.primitive_id == body.primitive_id
     inside.wait_for("live.handing.shown()[0]?.[1] === 'Grace has it'")
     assert not inside.evaluate(f"live.things.isOwn('primitive', '{body.primitive_id}')")
 
     # She removes it, and the page shows none.
     guest.do(op="primitive", primitive=hers.primitive_id, shape=None)
-    placed(hub, lambda thing: thing.shape is None)
+    placed(hub, lambda body: body.shape is None)
     inside.wait_for("live.bodies.meshes.size === 0 && live.handing.shown().length === 0")
     assert inside.messages == []
 
@@ -221,7 +221,7 @@ def test_a_copy_of_an_object_slides_where_the_hand_points_and_turns_by_the_stick
     inside.evaluate(
         f"{right}.quaternion.set(-0.3826834, 0, 0, 0.9238795);{right}.position.set(-0.2, 1.2, -0.2)"
     )
-    there = placed(hub, lambda thing: thing.world_from_object.translation[0] < 0.0)
+    there = placed(hub, lambda body: body.world_from_object.translation[0] < 0.0)
     assert there.world_from_object.translation[2] == pytest.approx(0.0, abs=0.03)
     inside.evaluate(f"{right}.updateAxes('thumbstick', 1, 0)")
     placed(hub, lambda thing: abs(thing.world_from_object.yaw()) > 0.3)

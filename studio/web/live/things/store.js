@@ -74,7 +74,7 @@ export class Things {
     return this.rights.includes(KINDS[kind][0]);
   }
 
-  /** Whether a thing is one's own: a primitive may have been given away, or to one. */
+  /** Whether something is one's own: a primitive may have been given away, or to one. */
   isOwn(kind, key) {
     const by = kind === "primitive" ? this.known.get(`${kind}:${key}`)?.sure?.by : undefined;
     return by === undefined ? key.startsWith(`${this.you}/`) : by === this.you;
