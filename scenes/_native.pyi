@@ -392,6 +392,7 @@ class ObservedWindow(TypedDict):
     room_misfit: NDArray[np.float32]
     foreign_misfit: NDArray[np.float32]
     hidden: NDArray[np.float32]
+    claimed: NDArray[np.float32]
     range_m: NDArray[np.float32]
     in_any_light: bool
 

@@ -150,6 +150,7 @@ def _unknown(
 ) -> _Unknown:
     """The probability of something unknown in every pixel, by a silhouette's surroundings."""
     side = 2 * UNKNOWN_GAP_PX + 1
+    alpha = np.maximum(alpha, observation.claimed[part])
     near = np.clip(cv2.dilate(alpha, np.ones((side, side), np.uint8)), 0.0, 1.0)
     outside = np.asarray((1.0 - near) * (1.0 - observation.hidden[part]), np.float32)
     foreground = np.asarray(outside * observation.foreground[part], np.float32)

@@ -67,6 +67,8 @@ class Observation:
         foreign_misfit: (H, W) float32 nats of the live picture as something that is in no scan: how
             badly its surroundings predict each pixel.
         hidden: (H, W) float32 0..1, behind a nearer tracked object.
+        claimed: (H, W) float32 0..1, covered by the object at another of the compared poses: no
+            surroundings of it, see `tracking.likelihood.drawn_object.claim`.
         range_m: (H, W) float32, distance of the static room; 0 where unknown.
         camera: of the window.
         world_from_camera: its pose.
@@ -84,6 +86,7 @@ class Observation:
     room_misfit: FloatArray
     foreign_misfit: FloatArray
     hidden: FloatArray
+    claimed: FloatArray
     range_m: FloatArray
     camera: Fisheye
     world_from_camera: Pose
@@ -116,6 +119,7 @@ class Observation:
             smaller(self.expected),
             smaller(self.changed),
             hidden=smaller(self.hidden),
+            claimed=smaller(self.claimed),
             range_m=smaller(self.range_m),
             camera=camera,
             world_from_camera=self.world_from_camera,
@@ -189,6 +193,7 @@ def observation_of(
     camera: Fisheye,
     world_from_camera: Pose,
     lens_px: int,
+    claimed: FloatArray | None = None,
     in_any_light: bool = False,
     in_shadow: bool = False,
 ) -> Observation:
@@ -204,6 +209,7 @@ def observation_of(
         camera: of the pictures.
         world_from_camera: its pose.
         lens_px: pixels of the lens, each way, that one pixel is the mean of.
+        claimed: (H, W) 0..1, covered by the object at another pose; nothing by default.
         in_any_light: whether the room may be in another light than it is expected in: in the first
             frame, and where an object is looked for. A shade there is no object.
         in_shadow: whether shadows may have fallen on the room since it was learned.
@@ -226,6 +232,7 @@ def observation_of(
         room_misfit=np.minimum(room_misfit, MAX_MISFIT).astype(np.float32),
         foreign_misfit=misfit(live - blurred(live, SURROUNDINGS_PX)),
         hidden=hidden,
+        claimed=np.zeros(changed.shape, np.float32) if claimed is None else claimed,
         range_m=range_m,
         camera=camera,
         world_from_camera=world_from_camera,

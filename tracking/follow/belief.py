@@ -11,12 +11,13 @@ from dataclasses import dataclass
 
 from scenes.pose import Pose
 from tracking.evidence.evidence import Evidence
-from tracking.evidence.observation import Observation
+from tracking.evidence.observation import Observation, observe
 from tracking.follow.track import Task, Track
 from tracking.hypotheses.hypothesis import CLEAR_NATS, Hypothesis, is_other
 from tracking.hypotheses.prior import MOVED, STAYED, UNSEEN
 from tracking.hypotheses.refinement import fit_at, refine
 from tracking.hypotheses.yaws import likeliest_yaws
+from tracking.likelihood.drawn_object import claim
 from tracking.likelihood.pixel_model import PoseSupport
 from tracking.likelihood.pose_likelihood import pose_support
 from tracking.model.symmetry import ROUND
@@ -38,6 +39,10 @@ SHOWN = 0.3
 beside a passer-by is the object. A pushed chair of which a fifth shows has 0.33 at least, chairs
 that are covered altogether 0.27 at most in one scene and more in another: with 0.5 none of those
 moves, and the pushed one is held until more of it shows."""
+
+NEAR = 0.6
+"""Distance in radii of an object within which its poses are compared with the same surroundings: a
+chair that was followed wrongly by its shadow stood 0.3 to 0.5 from its place."""
 
 OPEN = 0.2
 """Share of a place up to which something unknown may hide it without anybody standing before it:
@@ -98,6 +103,24 @@ def weigh_measurement(task: Task, observation: Observation, fit: Fit) -> Belief:
         pose_support(observation, model, fit.world_from_object, renderer),
         pose_support(observation, model, task.track.world_from_object, renderer),
     )
+
+
+def among_near_poses(task: Task, belief: Belief, *, evidence: Evidence) -> Belief:
+    """The belief by which its pose is compared with others near it: with the same surroundings.
+
+    What is beside one of two poses is a part of the object at the other, and its shadow, which may
+    pass for something unknown that goes on over it, is the room's.
+    """
+    model, scene, pose = task.model, task.scene, belief.fit.world_from_object
+    observation = claim(
+        observe(scene, evidence, is_looked_for=True),
+        model,
+        world_from_object=pose,
+        renderer=scene.renderer,
+        reach_m=NEAR * model.radius_m,
+    )
+    found = pose_support(observation, model, pose, scene.renderer)
+    return Belief(observation, belief.fit, found, belief.before)
 
 
 def is_at_rest_still(task: Task, belief: Belief, *, is_doubtful: bool) -> bool:

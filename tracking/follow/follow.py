@@ -15,6 +15,7 @@ from tracking.follow.belief import (
     Belief,
     accounts_for,
     accounts_for_change,
+    among_near_poses,
     at_first,
     at_pose,
     is_at_rest_still,
@@ -24,6 +25,7 @@ from tracking.follow.belief import (
     weigh_measurement,
 )
 from tracking.follow.carried import is_lifted
+from tracking.follow.local_search import climb_beside
 from tracking.follow.measure import Seen, measure
 from tracking.follow.outcome import accept, lose, miss, settle
 from tracking.follow.track import Task, Track
@@ -102,8 +104,8 @@ def follow(task: Task, unchanged: bool) -> Track:
         back = _back(task, min_nats=max(belief.found.nats, 0.0))
         if back is not track:
             return back
-    belief = _again(task, evidence, belief)
-    task, fit = review_yaw(task, evidence, belief)
+    belief = _again(task, evidence, belief, predicted_world_from_object)
+    task, fit = review_yaw(task, evidence, among_near_poses(task, belief, evidence=evidence))
     if fit is not belief.fit:
         task = _corrected(task, belief.fit, fit)
         belief = weigh_measurement(task, belief.observation, fit)
@@ -188,14 +190,24 @@ def _was_taken_up(task: Task, fit: Fit) -> bool:
     return stood and is_lifted(task, fit.world_from_object)
 
 
-def _again(task: Task, evidence: Evidence, belief: Belief) -> Belief:
-    """The belief, refined anew where its pose shows clearly less than the object did before.
+def _again(
+    task: Task, evidence: Evidence, belief: Belief, predicted_world_from_object: Pose
+) -> Belief:
+    """The belief, climbed to what is likelier nearby, or refined anew where it shows too little.
 
     What was hidden already and still does not show is looked for around its prediction, a part in
     each frame: refined in all of them it takes 50 ms a frame, and goes, where it goes, to poses
     that show as little, up to 47 cm away.
     """
-    track, nats = task.track, belief.found.nats
+    track = task.track
+    if track.state is TrackState.TRACKED:
+        belief = climb_beside(
+            task,
+            belief,
+            evidence=evidence,
+            predicted_world_from_object=predicted_world_from_object,
+        )
+    nats = belief.found.nats
     is_hidden = track.missed_frames > 0 and nats <= CLEAR_NATS
     open_share = 1.0 - belief.found.unknown_fraction
     if is_hidden or nats > open_share * track.usual_nats - CLEAR_NATS:

@@ -1,7 +1,11 @@
-"""Local pose search around the prediction: displaced, turned or lifted."""
+"""Local pose search around the prediction: displaced, turned or lifted.
+
+And around what a solver made of it: the likelihood knows shadows, and who carries an object.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -13,18 +17,21 @@ from tracking.evidence.evidence import Evidence
 from tracking.evidence.observation import Observation
 from tracking.evidence.rendering import RenderingCache
 from tracking.follow.attempt import attempt
+from tracking.follow.belief import Belief, accounts_for, among_near_poses, at_pose
 from tracking.follow.carried import is_lifted
 from tracking.follow.posterior import (
     CONCLUSIVE_INLIER_RATIO,
     CONTACT_SIGMA_M,
     RECOGNISED_CORRELATION,
     is_accepted,
+    is_carriable,
     is_conclusive,
     priors,
 )
 from tracking.follow.track import Task
 from tracking.hypotheses.budget import Step, steps_within
 from tracking.hypotheses.hypothesis import CLEAR_NATS
+from tracking.hypotheses.refinement import climb_if_clear
 from tracking.likelihood.pose_likelihood import pose_support
 from tracking.model.symmetry import ROUND
 from tracking.solve.gauss_newton import (
@@ -196,3 +203,42 @@ def _is_reachable(task: Task, predicted_world_from_object: Pose, fit: Fit) -> bo
     apart = fit.world_from_object.translation - predicted_world_from_object.translation
     elapsed = (task.scene.frame.t_ns - task.track.seen_ns) * 1e-9
     return float(np.linalg.norm(apart)) < JUMP_M + FASTEST_M_S * elapsed
+
+
+def climb_beside(
+    task: Task, belief: Belief, *, evidence: Evidence, predicted_world_from_object: Pose
+) -> Belief:
+    """The belief at a clearly likelier pose near the measured one, if there is one.
+
+    A solver follows edges; those of a shadow and of who carries the object are some, too.
+
+    Args:
+        task: the object and the frame.
+        belief: the measurement.
+        evidence: its window.
+        predicted_world_from_object: the prediction.
+    """
+    scene, model, found = task.scene, task.model, belief.fit.world_from_object
+    prior = priors(task, predicted_world_from_object)[0]
+    flat = [0, 1, 3]
+    lowest_m = min(task.support_heights_m) - CONTACT_SIGMA_M
+    can_lift = is_carriable(model.source.box_m)
+
+    def log_prior(world_from_object: Pose) -> float:
+        apart = pose_vector(world_from_object) - prior.mean
+        apart[3] = 0.0 if model.symmetry == ROUND else wrap_angle(float(apart[3]))
+        nats = -0.5 * float(((apart[flat] / prior.sigma[flat]) ** 2).sum())
+        height_m = float(world_from_object.translation[2])
+        if height_m == float(found.translation[2]):
+            return nats
+        return nats - CLEAR_NATS if can_lift and height_m > lowest_m else -math.inf
+
+    among = among_near_poses(task, belief, evidence=evidence)
+    likelier = climb_if_clear(
+        among.observation, model, world_from_start=found, scene=scene, log_prior=log_prior
+    )
+    if likelier is None:
+        return belief
+    support = pose_support(among.observation, model, likelier, scene.renderer)
+    is_shown = accounts_for(task.track, support.nats_a_sample)
+    return at_pose(task, evidence, belief, likelier) if is_shown else belief

@@ -13,7 +13,13 @@ from scenes.state import TrackState
 from tracking.evidence.appearance_memory import AppearanceMemory, remember_appearance
 from tracking.evidence.evidence import Evidence
 from tracking.evidence.rendering import RenderingCache, draw
-from tracking.follow.belief import Belief, accounts_for, confidence_of, hypothesis_of
+from tracking.follow.belief import (
+    Belief,
+    accounts_for,
+    among_near_poses,
+    confidence_of,
+    hypothesis_of,
+)
 from tracking.follow.carried import is_lifted
 from tracking.follow.measure import at_remembered_pose
 from tracking.follow.posterior import CARRIED_SIGMA_M, RECOGNISED_CORRELATION, is_heavy
@@ -191,6 +197,7 @@ def _usual(before: float, now: float) -> float:
 
 def settle(task: Task, evidence: Evidence, belief: Belief) -> Fit:
     """The fit of an object that comes to rest, or a likelier one that it refines to."""
+    belief = among_near_poses(task, belief, evidence=evidence)
     start, observation = belief.fit.world_from_object, belief.observation
     x, y, z, yaw = START_SIGMA
     is_carried = is_lifted(task, start)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,6 +16,7 @@ from scenes.splats import SplatCloud
 from tracking.evidence.observation import Observation
 from tracking.model.object_model import RENDER_OPTIONS, DetailLevel, TrackModel
 from tracking.window.extent import part_of
+from tracking.window.filters import resized
 
 MARGIN_PX = 4
 """Margin around an object's box that is drawn, px: the reach of the lens's blur and of splats."""
@@ -81,6 +83,32 @@ def draw_object(
         return renderer.render(posed, fine, observation.world_from_camera, RENDER_OPTIONS)
 
     return DrawnObject(part, finer, drawn(level.splats), drawn(level.relightable.compass))
+
+
+def claim(
+    observation: Observation,
+    model: TrackModel,
+    *,
+    world_from_object: Pose,
+    renderer: Renderer,
+    reach_m: float,
+) -> Observation:
+    """The same, with all that an object may cover that is no farther than `reach_m` from a pose.
+
+    Poses that are compared need the same surroundings: what is beside one of them is a part of the
+    object at the other, and as something unknown would go on over it.
+    """
+    drawn = draw_object(observation, model, world_from_object, renderer, is_coarse=True)
+    if drawn is None:
+        return observation
+    rows, columns = drawn.part
+    size = (columns.stop - columns.start, rows.stop - rows.start)
+    alpha = np.zeros(observation.changed.shape, np.float32)
+    alpha[drawn.part] = resized(drawn.colours.alpha, size)
+    radius = radius_px(observation, model, world_from_object)
+    side = 2 * round(radius * reach_m / model.radius_m) + 1
+    reached = cv2.dilate(alpha, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side)))
+    return replace(observation, claimed=np.maximum(observation.claimed, reached))
 
 
 def radius_px(observation: Observation, model: TrackModel, world_from_object: Pose) -> float:

@@ -190,6 +190,7 @@ def _window(observation: Observation) -> ObservedWindow:
         "room_misfit": whole(observation.room_misfit),
         "foreign_misfit": whole(observation.foreign_misfit),
         "hidden": whole(observation.hidden),
+        "claimed": whole(observation.claimed),
         "range_m": whole(observation.range_m),
         "in_any_light": observation.in_any_light,
     }

@@ -8,7 +8,7 @@ import pytest
 from scenes.pose import Pose, wrap_angle
 from tracking.evidence.observation import observe
 from tracking.hypotheses.budget import BudgetExhausted, FrameBudget, Step
-from tracking.hypotheses.refinement import CLIMB_STEP, climb, refine
+from tracking.hypotheses.refinement import CLIMB_STEP, climb, climb_if_clear, refine
 from tracking.likelihood.pose_likelihood import pose_support
 
 
@@ -43,6 +43,30 @@ def test_a_climb_stays_at_the_top(seen):
     top = climb(observation, model, true, scene)
     again = climb(observation, model, top, scene)
     assert np.linalg.norm(again.translation - top.translation) < CLIMB_STEP * model.radius_m / 4
+
+
+@pytest.mark.parametrize("aside", [(0.3, 0.0, 0.0), (0.0, -0.25, 0.0), (0.0, 0.0, 0.3)])
+def test_what_a_solver_left_astray_is_climbed_from_even_if_it_is_in_the_air(seen, aside):
+    scene, _, observation, model, true = seen
+    start = Pose(true.rotation, true.translation + model.radius_m * np.array(aside))
+    found = climb_if_clear(
+        observation, model, world_from_start=start, scene=scene, log_prior=lambda pose: 0.0
+    )
+    apart = np.linalg.norm(found.translation - true.translation)
+    assert apart < 0.4 * np.linalg.norm(start.translation - true.translation)
+
+
+def test_what_is_as_likely_as_all_beside_it_stays(seen):
+    scene, _, observation, model, true = seen
+    at = {"scene": scene, "log_prior": lambda pose: 0.0}
+    assert climb_if_clear(observation, model, world_from_start=true, **at) is None
+    astray = Pose(true.rotation, true.translation + model.radius_m * np.array([0.3, 0.0, 0.0]))
+
+    def never_back(pose):
+        return 0.0 if pose is astray else -math.inf
+
+    at["log_prior"] = never_back
+    assert climb_if_clear(observation, model, world_from_start=astray, **at) is None
 
 
 def test_a_refinement_spread_over_frames_comes_to_the_same(seen):

@@ -50,6 +50,7 @@ def random_case(seed, size, part, *, finer, in_any_light):
         np.clip(live + 0.3 * (window(3) - 0.5), 0.0, 1.0).astype(np.float32),
         window(),
         hidden=(window() > 0.7) * window(),
+        claimed=(window() > 0.8) * window(),
         range_m=3.0 * window() * (window() > 0.2),
         camera=Fisheye.from_fov(max(size), 1.0),
         world_from_camera=Pose.identity(),

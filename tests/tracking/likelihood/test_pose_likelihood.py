@@ -11,7 +11,7 @@ from scenes.pose import Pose
 from tracking.evidence.observation import observation_of, observe
 from tracking.kernels.native import PoseLikelihood
 from tracking.likelihood import pose_likelihood
-from tracking.likelihood.drawn_object import draw_object
+from tracking.likelihood.drawn_object import claim, draw_object
 from tracking.likelihood.pixel_model import EXACTLY, FOREIGN, NOT_IN_VIEW, ROUGHLY, for_native
 from tracking.likelihood.pose_likelihood import pose_support
 from tracking.model.misfit import MAX_MISFIT
@@ -35,6 +35,25 @@ def test_the_true_pose_is_likelier_than_absence_and_than_poses_beside_it(table, 
     for x, y in ((0.5, 0.0), (0.0, 0.5), (-0.5, 0.0)):
         beside = Pose(true.rotation, true.translation + radius_m * np.array([x, y, 0.0]))
         assert support(table, as_scanned, name, beside).nats < right.nats - 2.0
+
+
+def test_what_a_near_pose_may_cover_is_no_surroundings(table, as_scanned):
+    """A chair's shadow passed for something unknown in front of it, but not 20 cm nearer."""
+    model, true, renderer = table.models["box-1"], table.poses["box-1"], table.renderer
+    seen = observe(as_scanned, table.evidence(as_scanned, "box-1", true))
+    reach_m = 0.3 * model.radius_m
+    claimed = claim(seen, model, world_from_object=true, renderer=renderer, reach_m=reach_m)
+    near = claimed.claimed > 0.5
+    drawn = draw_object(seen, model, true, renderer)
+    assert near[drawn.part].sum() > 1.3 * drawn.colours.alpha.sum() / drawn.finer**2
+    assert not near.all()
+    # Something beside it, no farther, and no edge between.
+    shade = {"live": np.full_like(seen.live, 0.3), "foreground": near.astype(np.float32)}
+    alone, among = (
+        pose_support(replace(window, **shade), model, true, renderer).unknown_fraction
+        for window in (seen, claimed)
+    )
+    assert among < 0.1 < 0.4 < alone
 
 
 def test_a_printed_book_is_likelier_at_its_yaw_than_turned_by_half(table, as_scanned):

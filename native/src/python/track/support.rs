@@ -52,6 +52,7 @@ pub(crate) struct WindowRequest<'py> {
     room_misfit: Floats<'py>,
     foreign_misfit: Floats<'py>,
     hidden: Floats<'py>,
+    claimed: Floats<'py>,
     range_m: Floats<'py>,
     in_any_light: bool,
 }
@@ -68,6 +69,7 @@ impl WindowRequest<'_> {
             ("room_misfit", &self.room_misfit, count),
             ("foreign_misfit", &self.foreign_misfit, count),
             ("hidden", &self.hidden, count),
+            ("claimed", &self.claimed, count),
             ("range_m", &self.range_m, count),
         ];
         for (name, values, wanted) in pictures {
@@ -83,6 +85,7 @@ impl WindowRequest<'_> {
             room_misfit: self.room_misfit.as_slice()?,
             foreign_misfit: self.foreign_misfit.as_slice()?,
             hidden: self.hidden.as_slice()?,
+            claimed: self.claimed.as_slice()?,
             range_m: self.range_m.as_slice()?,
             in_any_light: self.in_any_light,
         })

@@ -17,6 +17,8 @@ pub struct Window<'a> {
     pub room_misfit: &'a [f32],
     pub foreign_misfit: &'a [f32],
     pub hidden: &'a [f32],
+    /// How much of every pixel the object may cover at another of the poses that are compared.
+    pub claimed: &'a [f32],
     pub range_m: &'a [f32],
     /// Whether the room may be in another light here than it is expected in.
     pub in_any_light: bool,
@@ -72,6 +74,7 @@ pub struct Cut {
     pub room_misfit: Vec<f32>,
     pub foreign_misfit: Vec<f32>,
     pub hidden: Vec<f32>,
+    pub claimed: Vec<f32>,
     pub range_m: Vec<f32>,
 }
 
@@ -91,6 +94,7 @@ impl Cut {
             room_misfit: part.values(window.room_misfit, across),
             foreign_misfit: part.values(window.foreign_misfit, across),
             hidden: part.values(window.hidden, across),
+            claimed: part.values(window.claimed, across),
             range_m: part.values(window.range_m, across),
         }
     }

@@ -39,7 +39,12 @@ impl Unknown {
         model: &UnknownModel,
     ) -> Self {
         let size = [part.width, part.height];
-        let silhouette = dilated(alpha, size, model.gap_px);
+        // What may be a part of the object is no surroundings of it.
+        let claimed = alpha.iter().zip(&cut.claimed);
+        let claimed: Vec<f32> = claimed
+            .map(|(alpha, claimed)| alpha.max(*claimed))
+            .collect();
+        let silhouette = dilated(&claimed, size, model.gap_px);
         let outside = silhouette.iter().zip(&cut.hidden);
         let outside: Vec<f32> = outside
             .map(|(covered, hidden)| (1.0 - covered.clamp(0.0, 1.0)) * (1.0 - hidden))
