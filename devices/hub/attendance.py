@@ -89,7 +89,7 @@ class Guest:
     @property
     def called(self) -> str:
         """Name and id, as a line of the log has them."""
-        return f"{self.person.name} ({self.person.person_id})"
+        return self.person.called
 
     def measure(self, round_trip_ns: int) -> None:
         """Note how long a ping and its answer took."""

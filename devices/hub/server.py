@@ -23,6 +23,7 @@ from devices.hub.inbox import Avatars
 from devices.hub.media.link import MediaLink, is_available
 from devices.hub.media.voice_room import link_to
 from devices.hub.mesh import Cell
+from devices.hub.messages import Do
 from devices.hub.port import Port, address_of, own_names, tls_of
 from devices.hub.roles import Person, Role
 from devices.hub.session import Session
@@ -54,6 +55,8 @@ IDLE_S = 15.0
 
 class Hub:
     """People in a session. Its sockets live on a thread of its own; every method is safe anywhere.
+
+    What is asked of somebody who is not there is a KeyError.
 
     Args:
         settings: where it listens.
@@ -208,6 +211,14 @@ class Hub:
             self._session.meet(others, self._clock.now_ns(), way=way)
         self._call_soon(self._wake_for_bodies)
 
+    def act(self, person_id: str, do: Do) -> None:
+        """Do what somebody asks for who is here another way, such as a headset's wearer.
+
+        Raises:
+            OpError: it cannot be done.
+        """
+        self._change(lambda session, now_ns: session.act(person_id, do, now_ns=now_ns))
+
     def bodies(self) -> list[tuple[Person, bytes]]:
         """Return this hub's own people who show a body, and the newest of each."""
         with self._session.lock:
@@ -229,19 +240,11 @@ class Hub:
         self._change(lambda session, _now_ns: session.codes.revoke(code))
 
     def set_role(self, person_id: str, role: Role) -> None:
-        """Give a person another role; their rights change at once.
-
-        Raises:
-            KeyError: there is no such person.
-        """
+        """Give a person another role; their rights change at once."""
         self._change(lambda session, now_ns: session.change(person_id, now_ns, role=role))
 
     def mute(self, person_id: str, *, is_muted: bool) -> None:
-        """Refuse a person's body and operations, or take them again.
-
-        Raises:
-            KeyError: there is no such person.
-        """
+        """Refuse a person's body and operations, or take them again."""
         self._change(lambda session, now_ns: session.change(person_id, now_ns, is_muted=is_muted))
 
     def give_pen(self, person_id: str | None) -> None:
@@ -263,11 +266,7 @@ class Hub:
         return self._session.media.is_recorded
 
     def remove(self, person_id: str) -> None:
-        """Send a person away; their token is worth nothing from then on.
-
-        Raises:
-            KeyError: there is no such person.
-        """
+        """Send a person away; their token is worth nothing from then on."""
         self._change(lambda session, now_ns: session.remove(person_id, now_ns))
 
     def hide_behind(self, cells: Mapping[Cell, CollisionMesh]) -> None:

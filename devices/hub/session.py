@@ -80,12 +80,10 @@ class Session:
         self.pictures, self.mesh = PictureChannel(), MeshChannel()
         self.sent, self.refused = Sent(), Counter[str]()
         self.media = VoiceRoom(None, is_voice_recorded, lambda kind: self.refused.update((kind,)))
-        self._say = say
+        self._say, self._lines_of_refusals = say, refusal_lines(now_ns)
         self._attendance, self._board, self._inbox = Attendance(), Board(), Inbox()
-        self._others = Others()
         self._door = Admission(self._attendance, codes, tokens, max_people)
-        self._state, self._pen = SceneState(), Pen()
-        self._lines_of_refusals = refusal_lines(now_ns)
+        self._others, self._state, self._pen = Others(), SceneState(), Pen()
 
     def pair(self, code: str, *, name: str, address: str, now_ns: int) -> str:
         """Return a token for a code, which is used up.
@@ -128,8 +126,8 @@ class Session:
         self.media.enter(guest.person, outbox, address=address, now_ns=now_ns)
         self._welcome(visit, hello, now_ns=now_ns)
         self._tell_people(now_ns)
-        how = f"{'is back' if is_back else 'joined'} as {guest.person.role}"
-        self._note("joined", f"{guest.called} {how}")
+        how = "is back" if is_back else "joined"
+        self._note("joined", f"{guest.called} {how} as {guest.person.role}")
         return visit
 
     def leave(self, visit: Visit, now_ns: int) -> None:
@@ -145,8 +143,7 @@ class Session:
 
     def hear(self, visit: Visit, text: str, *, now_ns: int) -> bool:
         """Take a text from somebody; return whether the others get something of it."""
-        guest, outbox = visit.guest, visit.outbox
-        limits = guest.limits
+        guest, outbox, limits = visit.guest, visit.outbox, visit.guest.limits
         if not (limits.texts.take(now_ns) and limits.text_bytes.take(now_ns, float(len(text)))):
             self.refuse(f"{guest.called} sends too much", kind="rate", now_ns=now_ns)
             outbox.end("you send too much")
@@ -247,6 +244,15 @@ class Session:
         """Show people who are in the session another way: these, and nobody else by that way."""
         if self._others.take(others, self.bodies, way=way):
             self._tell_people(now_ns)
+
+    def act(self, person_id: str, do: Do, *, now_ns: int) -> None:
+        """Do what somebody asks for who is here another way, such as a headset's wearer.
+
+        Raises:
+            KeyError: nobody of that id is here another way.
+            OpError: it cannot be done.
+        """
+        self._carry_out(self._others.find(person_id), do, now_ns=now_ns)
 
     def take(self) -> Arrived:
         """Return what people have sent since the last call, without their bodies."""
@@ -350,25 +356,21 @@ class Session:
         outbox.begin(texts, version=self.states.version, token_number=guest.newest_token)
 
     def _do(self, visit: Visit, do: Do, *, now_ns: int) -> None:
-        guest, person = visit.guest, visit.guest.person
+        if not visit.guest.limits.ops.take(now_ns):
+            raise OpError("too many operations at once", op_id=do.op_id)
+        self._carry_out(visit.guest.person, do, now_ns=now_ns)
+        visit.outbox.put(to_text({"kind": "done", "id": do.op_id}))
+
+    def _carry_out(self, person: Person, do: Do, *, now_ns: int) -> None:
         if why := self._pen.refusal(person, do.op):
             raise OpError(why, op_id=do.op_id)
-        if not guest.limits.ops.take(now_ns):
-            raise OpError("too many operations at once", op_id=do.op_id)
         if do.drawn is not None and do.drawn.object_id not in ("", *self._state.objects):
             raise OpError("there is no such object", op_id=do.op_id)
-        try:
-            if do.op is Op.GIVE:
-                here = {it.person_id: it for it in self.people(now_ns)}
-                drawn = self._board.give(person.person_id, do, here=here)
-                self._note("given", f"{guest.called} gave {drawn.key} to {drawn.name}")
-            else:
-                drawn = self._board.do(person.person_id, do, now_ns=now_ns, name=person.name)
-        except OpError as error:
-            raise OpError(str(error), op_id=do.op_id) from None
+        drawn = self._board.carry_out(person, do, here=self._everybody(now_ns), now_ns=now_ns)
+        if do.op is Op.GIVE:
+            self._note("given", f"{person.called} gave {drawn.key} to {drawn.name}")
         self._inbox.draw(drawn)
         self._tell_all(self.log.add(drawn.entry()))
-        visit.outbox.put(to_text({"kind": "done", "id": do.op_id}))
 
     def _tell_rights(self, guest: Guest) -> None:
         if guest.outbox is not None:

@@ -16,12 +16,14 @@ from devices.clock import Clock
 from devices.hololens.headset import Headset
 from devices.hololens.plan import HeadsetPlan
 from devices.hololens.values import HeadAndHands, HeadsetStatus
+from devices.hub.attendance import AWAY_NS
 from devices.hub.server import Hub
 from scenes.package import ScenePackage
 from scenes.pose import Pose
 from scenes.state import Avatar, SceneState
 from scenes.workers.task import Task
 from studio.live.hololens.anchoring import Anchoring, OriginStatus
+from studio.live.hololens.carrying import Carrying
 from studio.live.hololens.drawing import Drawing
 from studio.live.hololens.local_user import WEARER, WithLocalUser, show_to, wearer_now
 from studio.live.hololens.meshing import HiddenSurfaces, Meshing, MeshStatus
@@ -121,11 +123,13 @@ class WornHeadset:
             clock=clock,
             changed=self._hidden.change,
         )
+        self._carrying = Carrying(WEARER, hub=hub, note=self._note)
         self.drawing = Drawing(
             headset.draw,
             device_from_world=self.anchoring.device_from_world,
             eye=self._eye,
             hub=hub,
+            in_hand=self._carrying.shown,
             models={item.object_id: item for item in scene.objects},
             wearer=WEARER,
             clock=clock,
@@ -155,6 +159,9 @@ class WornHeadset:
         for part in (self.drawing, self.meshing, self.anchoring):
             part.close()
         self._task.join(2.0)
+        if (hub := self._hub()) is not None:
+            with suppress(RuntimeError):
+                hub.meet([], way=WEARER)
         self._body.close()
         self.headset.draw({})
         self.headset.close()
@@ -168,6 +175,7 @@ class WornHeadset:
     def publish(self, state: SceneState) -> None:
         """Draw a new state, and let its objects be where it has them; returns at once."""
         self.drawing.publish(state)
+        self._carrying.publish(state)
         self.meshing.publish(state)
         if state.world_from_rig is not None:
             self.see_camera(state.world_from_rig)
@@ -243,10 +251,18 @@ class WornHeadset:
             if sample is not None:
                 self._sample = sample
                 self.body_delays.add((now_ns - sample.t_ns) / 1e6)
-            hub = self._hub()
+            pose, hub = self.anchoring.device_from_world(), self._hub()
+            self._carrying.step(sample, device_from_world=pose, now_ns=now_ns)
             if hub is not None and now_ns >= next_ns:
                 next_ns = now_ns + SHOW_EVERY_NS
                 with suppress(RuntimeError):  # its loop has just ended
-                    pose = self.anchoring.device_from_world()
-                    show_to(hub, self._newest(), device_from_world=pose, name=self.plan.name)
+                    if self._is_away(now_ns):
+                        hub.meet([], way=WEARER)
+                    else:
+                        show_to(hub, self._newest(), device_from_world=pose, name=self.plan.name)
                     self._hidden.show(hub)
+
+    def _is_away(self, now_ns: int) -> bool:
+        """Return whether nothing was heard of the headset for as long as a person may be away."""
+        sample = self._sample
+        return sample is None or now_ns - sample.arrived_ns >= AWAY_NS

@@ -58,6 +58,8 @@ def test_the_welcome_says_everything(room, state_at):
             "muted": False,
             "pen": True,
             "microphone": False,
+            "takes": True,
+            "yields": False,
         }
     ]
     assert welcome["state"]["objects"]["cup"][0] == 1
