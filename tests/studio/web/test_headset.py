@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from devices.hub.wire import decode_body, unpack_bodies
+from scenes.mesh import CollisionMesh
 from scenes.pose import Pose
 from scenes.state import SceneState, TrackedObject, TrackState, reduce_state
 
@@ -230,6 +231,13 @@ def test_a_copy_of_an_object_slides_where_the_hand_points_and_turns_by_the_stick
     inside.evaluate(f"{right}.updateButtonValue('squeeze', 0)")
     inside.wait_for("live.things.held === null")
     assert inside.evaluate("live.proposals.copies.size") == 1
+    # A headset's surfaces hide copies for whoever is in VR, too, whose pictures go on.
+    corners = np.array([[-0.6, 0.0, 0.2], [0.6, 0.0, 0.2], [0.6, 0.0, 1.4], [-0.6, 0.0, 1.4]])
+    hub.hide_behind({(0, 0, 0): CollisionMesh(corners, np.array([[0, 1, 2], [0, 2, 3]]))})
+    inside.wait_for("live.proposals.behind.depths.value.z === 1")
+    drawn = inside.evaluate("live.drawn()")
+    inside.wait_for(f"live.drawn() > {drawn} + 2 && live.room.renderer.xr.isPresenting")
+    assert inside.evaluate("live.room.renderer.xr.enabled")
     assert inside.messages == []
 
 
