@@ -26,7 +26,7 @@ from studio.live.hololens.anchoring import Anchoring, OriginStatus
 from studio.live.hololens.carrying import Carrying
 from studio.live.hololens.drawing import Drawing
 from studio.live.hololens.local_user import WEARER, WithLocalUser, show_to, wearer_now
-from studio.live.hololens.meshing import HiddenSurfaces, Meshing, MeshStatus
+from studio.live.hololens.meshing import HiddenSurfaces, Hiding, Meshing, MeshStatus
 from studio.live.hololens.rig_code import RigCode, is_apart, rig_code_after
 from studio.live.hololens.timing import Durations
 from studio.live.hololens.view import seen_by_wearer
@@ -116,6 +116,8 @@ class WornHeadset:
             headset.video(), codes, clock=clock, note=self._note, delays=self.video_delays
         )
         self._hidden = HiddenSurfaces()
+        self._elsewhere: Hiding | None = None
+        """Where else surfaces hide what is behind them: a room that sites join."""
         self.meshing = Meshing(
             headset.surfaces(),
             scene,
@@ -168,6 +170,7 @@ class WornHeadset:
 
     def people(self, inner: People | None) -> WithLocalUser:
         """Return the session's people with the wearer among them."""
+        self._elsewhere = inner if isinstance(inner, Hiding) else None
         return WithLocalUser(
             inner, wearer=self.avatar, take_events=self._take_events, publish=self.publish
         )
@@ -253,14 +256,20 @@ class WornHeadset:
                 self.body_delays.add((now_ns - sample.t_ns) / 1e6)
             pose, hub = self.anchoring.device_from_world(), self._hub()
             self._carrying.step(sample, device_from_world=pose, now_ns=now_ns)
-            if hub is not None and now_ns >= next_ns:
+            if now_ns >= next_ns:
                 next_ns = now_ns + SHOW_EVERY_NS
                 with suppress(RuntimeError):  # its loop has just ended
-                    if self._is_away(now_ns):
-                        hub.meet([], way=WEARER)
-                    else:
-                        show_to(hub, self._newest(), device_from_world=pose, name=self.plan.name)
-                    self._hidden.show(hub)
+                    self._show(hub, pose, now_ns=now_ns)
+
+    def _show(self, hub: Hub | None, device_from_world: Pose | None, *, now_ns: int) -> None:
+        """Let others see the wearer, and surfaces hide what is behind them."""
+        if hub is not None and self._is_away(now_ns):
+            hub.meet([], way=WEARER)
+        elif hub is not None:
+            body, name = self._newest(), self.plan.name
+            show_to(hub, body, device_from_world=device_from_world, name=name)
+        those: dict[int, Hiding] = {id(each): each for each in (hub, self._elsewhere) if each}
+        self._hidden.show(*those.values())
 
     def _is_away(self, now_ns: int) -> bool:
         """Return whether nothing was heard of the headset for as long as a person may be away."""

@@ -166,7 +166,10 @@ def test_a_mesh_is_kept_with_the_room(worn, headset, scanned_package, tmp_path):
 
 def test_a_wearer_is_listed_while_the_headset_is_heard(scanned_package, headset, sample_of):
     class Hub:
-        met = None
+        met, hidden = None, ()
+
+        def hide_behind(self, cells):
+            self.hidden = (*self.hidden, *cells)
 
         def meet(self, others, *, way):
             self.met = [each.person.name for each in others]
@@ -174,7 +177,6 @@ def test_a_wearer_is_listed_while_the_headset_is_heard(scanned_package, headset,
     hub, clock = Hub(), WallClock()
     plan = WornPlan(HeadsetPlan("127.0.0.1"), "Ana")
     made = WornHeadset(plan, scanned_package, clock=clock, hub=lambda: hub, make=lambda *_: headset)
-    made._hidden.show = lambda _hub: None
     made.start()
     until(lambda: hub.met == [])
     now_ns = clock.now_ns()
@@ -184,5 +186,13 @@ def test_a_wearer_is_listed_while_the_headset_is_heard(scanned_package, headset,
     until(lambda: hub.met == [])
     headset.bodies.waiting.append(sample_of(t_ns=clock.now_ns()))
     until(lambda: hub.met == ["Ana"])
+    # A room that sites join gets surfaces beside the hub, and all that are there.
+    made._hidden.change({(0, 0, 0): scanned_package.collision})
+    until(lambda: hub.hidden == ((0, 0, 0),))
+    room = Hub()
+    made.people(room)
+    until(lambda: room.hidden == ((0, 0, 0),))
+    made._hidden.change({(1, 0, 0): scanned_package.collision})
+    until(lambda: hub.hidden == room.hidden == ((0, 0, 0), (1, 0, 0)))
     made.close()
     assert hub.met == []
