@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
+from devices.hub.device import DeviceSaid, PageHeadset
 from devices.hub.entry.rates import Bucket
 from devices.hub.entry.tokens import TOKEN_NS
 from devices.hub.outbox import Outbox
@@ -71,6 +72,7 @@ class Guest:
         body: newest, as it came.
         body_ns: when that was; session time.
         faults: messages that could not be read.
+        device: newest that the page of a headset has said of it, and when; None of no headset.
     """
 
     person: Person
@@ -85,6 +87,7 @@ class Guest:
     body: bytes = b""
     body_ns: int = 0
     faults: int = 0
+    device: tuple[DeviceSaid, int] | None = None
 
     @property
     def called(self) -> str:
@@ -179,6 +182,16 @@ class Attendance:
         for guest in left:
             guest.is_gone = True
         return left
+
+    def headsets(self, now_ns: int) -> tuple[PageHeadset, ...]:
+        """Return headsets of who is here, or may come back any moment."""
+        found: list[PageHeadset] = []
+        for guest in self.listed(now_ns):
+            if guest.device is not None:
+                said, said_ns = guest.device
+                body_s = (now_ns - guest.body_ns) / 1e9 if guest.body else None
+                found.append(PageHeadset(guest.person, said, (now_ns - said_ns) / 1e9, body_s))
+        return tuple(found)
 
     def arriving(self) -> int:
         """Return how many have paired and not joined yet."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from devices.hub.device import DeviceSaid, read_device
 from devices.hub.entities.drawn import Drawn
 from devices.hub.entities.reading import read_drawn, read_key
 from devices.hub.fields import (
@@ -82,7 +83,7 @@ class Do:
     to: str = ""
 
 
-Message = Hello | Seen | Ping | Do | OfferSignal | MediaSignal
+Message = Hello | Seen | Ping | Do | DeviceSaid | OfferSignal | MediaSignal
 """Texts that a client may send."""
 
 
@@ -108,6 +109,8 @@ def read_message(text: str) -> Message | None:
         return Ping(read_number(fields.get("t_us"), "t_us"))
     if kind == "do":
         return _read_do(fields)
+    if kind == "device":
+        return read_device(fields)
     if not isinstance(kind, str):
         raise MessageError("kind: wanted a text")
     try:

@@ -15,6 +15,7 @@ from aiohttp import web
 from devices.clock import Clock
 from devices.hub.connection import Connection
 from devices.hub.contract import Arrived, Asset, HubCounts, HubSettings, Invitation
+from devices.hub.device import PageHeadset
 from devices.hub.elsewhere import Elsewhere
 from devices.hub.entry.certificates import Certificates, keep_certificates, lan_addresses
 from devices.hub.entry.pairing import PairingCodes
@@ -212,11 +213,7 @@ class Hub:
         self._call_soon(self._wake_for_bodies)
 
     def act(self, person_id: str, do: Do) -> None:
-        """Do what somebody asks for who is here another way, such as a headset's wearer.
-
-        Raises:
-            OpError: it cannot be done.
-        """
+        """Do what somebody asks who is here another way, or OpError: such as a headset's wearer."""
         self._change(lambda session, now_ns: session.act(person_id, do, now_ns=now_ns))
 
     def bodies(self) -> list[tuple[Person, bytes]]:
@@ -228,6 +225,11 @@ class Hub:
         """Return who is here by this hub, and who may come back."""
         with self._session.lock:
             return self._session.people(self._clock.now_ns())
+
+    def headsets(self) -> tuple[PageHeadset, ...]:
+        """Return headsets of this hub's people, as their pages say them."""
+        with self._session.lock:
+            return self._session.attendance.headsets(self._clock.now_ns())
 
     def invite(self, role: Role = Role.REMOTE) -> Invitation:
         """Make a code."""
@@ -251,7 +253,6 @@ class Hub:
         """Let one person alone draw; None lets everybody again whose role allows it.
 
         Raises:
-            KeyError: there is no such person.
             ValueError: their role lets them draw nothing.
         """
         self._change(lambda session, now_ns: session.give_pen(person_id, now_ns))
@@ -281,8 +282,7 @@ class Hub:
     def counts(self) -> HubCounts:
         """Return figures since the start."""
         with self._session.lock:
-            sent = self._session.sent
-            refused = dict(self._session.refused)
+            sent, refused = self._session.sent, dict(self._session.refused)
             return HubCounts(sent.bytes, sent.messages, sent.dropped, refused)
 
     async def _run(self, listening: Future[int]) -> None:

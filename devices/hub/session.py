@@ -24,6 +24,7 @@ from devices.hub.channels import (
     whole_text,
 )
 from devices.hub.contract import Arrived
+from devices.hub.device import DeviceSaid
 from devices.hub.elsewhere import Elsewhere, Others
 from devices.hub.entities.board import Board
 from devices.hub.entities.drawn import drawn_by_room
@@ -74,15 +75,14 @@ class Session:
         now_ns: int,
         is_voice_recorded: bool = False,
     ) -> None:
-        self.lock = threading.RLock()
-        self.codes = codes
+        self.lock, self.codes = threading.RLock(), codes
         self.states, self.log, self.bodies = StateChannel(), LogChannel(), BodyChannel()
         self.pictures, self.mesh = PictureChannel(), MeshChannel()
         self.sent, self.refused = Sent(), Counter[str]()
         self.media = VoiceRoom(None, is_voice_recorded, lambda kind: self.refused.update((kind,)))
         self._say, self._lines_of_refusals = say, refusal_lines(now_ns)
-        self._attendance, self._board, self._inbox = Attendance(), Board(), Inbox()
-        self._door = Admission(self._attendance, codes, tokens, max_people)
+        self.attendance, self._board, self._inbox = Attendance(), Board(), Inbox()
+        self._door = Admission(self.attendance, codes, tokens, max_people)
         self._others, self._state, self._pen = Others(), SceneState(), Pen()
 
     def pair(self, code: str, *, name: str, address: str, now_ns: int) -> str:
@@ -150,12 +150,13 @@ class Session:
             return False
         try:
             message = read_message(text)
-            if isinstance(message, Seen):
-                if outbox.see(message.version):
-                    guest.oldest_token = max(guest.oldest_token, outbox.token_number)
+            if isinstance(message, Seen) and outbox.see(message.version):
+                guest.oldest_token = max(guest.oldest_token, outbox.token_number)
             elif isinstance(message, Ping):
                 pong = {"kind": "pong", "t_us": message.t_us, "hub_t_us": now_ns // 1000}
                 outbox.put(to_text(pong))
+            elif isinstance(message, DeviceSaid):
+                guest.device = message, now_ns
             elif isinstance(message, Do):
                 self._do(visit, message, now_ns=now_ns)
                 return True
@@ -226,19 +227,19 @@ class Session:
 
     def tick(self, now_ns: int) -> None:
         """Do what is due: fresh tokens, and whoever was away too long is gone."""
-        for guest in self._attendance.note_left(now_ns):
+        for guest in self.attendance.note_left(now_ns):
             self._take_pen(guest, now_ns)
             self._note("left", f"{guest.called} has left")
-        for guest in self._attendance.forget_old(now_ns):
+        for guest in self.attendance.forget_old(now_ns):
             self._board.forget(guest.person.person_id)
-        for guest, outbox in self._attendance.connected():
+        for guest, outbox in self.attendance.connected():
             if now_ns - guest.renewed_ns >= RENEW_NS:
                 outbox.put(to_text({"kind": "token", "token": self._door.new_token(guest, now_ns)}))
         self._tell_people(now_ns)
 
     def people(self, now_ns: int) -> tuple[Person, ...]:
         """Return who is here, and who may come back."""
-        return tuple(self.media.seen(guest.person) for guest in self._attendance.listed(now_ns))
+        return tuple(self.media.seen(guest.person) for guest in self.attendance.listed(now_ns))
 
     def meet(self, others: Iterable[Elsewhere], now_ns: int, *, way: str = "sites") -> None:
         """Show people who are in the session another way: these, and nobody else by that way."""
@@ -260,7 +261,7 @@ class Session:
 
     def shown(self, now_ns: int) -> list[tuple[Person, bytes]]:
         """Return everybody who shows a body, and the newest of each."""
-        here = self._attendance.listed(now_ns)
+        here = self.attendance.listed(now_ns)
         since_ns = now_ns - SHOWN_NS
         return [(each.person, each.body) for each in here if each.body and each.body_ns >= since_ns]
 
@@ -288,8 +289,7 @@ class Session:
             self._take_pen(guest, now_ns)
         self._tell_rights(guest)
         self._tell_people(now_ns)
-        muted = ", muted" if person.is_muted else ""
-        self._note("changed", f"{guest.called} is {person.role}{muted}")
+        self._note("changed", f"{guest.called} is {person.role}{', muted' * person.is_muted}")
 
     def give_pen(self, person_id: str | None, now_ns: int) -> None:
         """Let one person alone draw, or everybody again; all are sent their rights.
@@ -302,7 +302,7 @@ class Session:
         if found is not None and not can_hold_pen(found.person):
             raise ValueError(f"hub: {found.person.name} draws nothing as {found.person.role}")
         self._pen.holder = person_id or ""
-        for guest in self._attendance.listed(now_ns):
+        for guest in self.attendance.listed(now_ns):
             guest.change(has_pen=guest.person.person_id == person_id)
             self._tell_rights(guest)
         self._tell_people(now_ns)
@@ -321,7 +321,7 @@ class Session:
         """
         guest = self._find(person_id)
         self._take_pen(guest, now_ns)
-        self._attendance.remove(person_id)
+        self.attendance.remove(person_id)
         self._board.forget(person_id)
         self.bodies.drop(guest.person.index)
         self.media.leave(guest.person.index)
@@ -332,7 +332,7 @@ class Session:
 
     def end(self) -> None:
         """Say goodbye to everybody."""
-        for _guest, outbox in self._attendance.connected():
+        for _guest, outbox in self.attendance.connected():
             outbox.end("the session is over")
 
     def refuse(self, text: str, *, kind: str, now_ns: int) -> None:
@@ -377,12 +377,12 @@ class Session:
             guest.outbox.put(rights_text(guest.person, self._pen))
 
     def _tell_all(self, text: str) -> None:
-        for _guest, outbox in self._attendance.connected():
+        for _guest, outbox in self.attendance.connected():
             outbox.put(text)
 
     def _tell_people(self, now_ns: int) -> None:
         text = to_text({"kind": "people", "people": people_of(self._everybody(now_ns), self._pen)})
-        for _guest, outbox in self._attendance.connected():
+        for _guest, outbox in self.attendance.connected():
             outbox.put_people(text)
 
     def _everybody(self, now_ns: int) -> tuple[Person, ...]:
@@ -390,7 +390,7 @@ class Session:
         return (*self.people(now_ns), *self._others.people())
 
     def _find(self, person_id: str) -> Guest:
-        guest = self._attendance.find(person_id)
+        guest = self.attendance.find(person_id)
         if guest is None:
             raise KeyError(f"hub: nobody is {person_id!r}, see people()")
         return guest

@@ -5,6 +5,7 @@ import time
 import numpy as np
 import pytest
 
+from devices.hub.device import Immersion
 from devices.hub.wire import decode_body, unpack_bodies
 from scenes.mesh import CollisionMesh
 from scenes.pose import Pose
@@ -284,3 +285,42 @@ def test_leaving_vr_leads_back_to_the_page(inside):
     drawn = inside.evaluate("live.drawn()")
     inside.evaluate("live.control.go('corner')")
     inside.wait_for(f"live.drawn() > {drawn}")
+
+
+def test_the_page_says_how_the_headset_is_doing(inside, hub):
+    def newest(wanted, seconds=20.0):
+        deadline = time.monotonic() + seconds
+        while not (found := [each for each in hub.headsets() if wanted(each)]):
+            assert time.monotonic() < deadline, hub.headsets()
+            time.sleep(0.05)
+        return found[0]
+
+    found = newest(lambda each: each.said.rate_hz is not None)
+    assert found.person.name == "Ada"
+    assert (found.said.immersion, found.said.is_worn) == (Immersion.VR, True)
+    assert found.said.rate_hz > 0
+    assert found.body_age_s < 2.0
+    inside.evaluate("live.device.battery = { level: 0.42, charging: true }")
+    found = newest(lambda each: each.said.battery_percent == 42.0)
+    assert found.said.is_charging
+    # Without a battery that the browser knows, none is made up.
+    inside.evaluate("live.device.battery = null")
+    assert not newest(lambda each: each.said.battery_percent is None).said.is_charging
+    inside.evaluate("headset.updateVisibilityState('hidden')")
+    assert newest(lambda each: not each.said.is_worn).said.immersion is Immersion.VR
+    inside.evaluate("headset.updateVisibilityState('visible')")
+    newest(lambda each: each.said.is_worn)
+    inside.evaluate("live.headset.leave()")
+    assert not newest(lambda each: each.said.immersion is Immersion.NONE).said.is_worn
+    assert inside.messages == []
+
+
+def test_a_browser_without_a_headset_says_nothing(page, hub):
+    page.visit(hub.invite().url, width=320, height=240)
+    page.wait_for("document.documentElement?.dataset.state === 'join'")
+    page.evaluate("document.getElementById('name').value = 'Ada'")
+    page.evaluate("document.getElementById('join-button').click()")
+    page.wait_for(READY)
+    page.wait_for("performance.now() - live.device.saidAt > 2500")
+    assert hub.headsets() == ()
+    assert page.messages == []
