@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
-from devices.hub.device import DeviceSaid, PageHeadset
 from devices.hub.entry.rates import Bucket
 from devices.hub.entry.tokens import TOKEN_NS
+from devices.hub.messages import DeviceSaid
 from devices.hub.outbox import Outbox
 from devices.hub.roles import Person, Role
 
@@ -33,6 +33,23 @@ OPS_HZ, OPS_BURST = 40.0, 80.0
 
 BYTES_HZ, BYTES_BURST = 1e6, 2e6
 """Bytes that a person may send in texts: a line of 1,000 points, 60 kB, at 15 Hz."""
+
+
+@dataclass(frozen=True, slots=True)
+class PageHeadset:
+    """A headset whose wearer has joined by the page.
+
+    Attributes:
+        person: the wearer, with the round trip to them.
+        said: newest of its page.
+        said_age_s: time since it came.
+        body_age_s: since the wearer's newest head and hands; None before the first.
+    """
+
+    person: Person
+    said: DeviceSaid
+    said_age_s: float
+    body_age_s: float | None
 
 
 @dataclass(slots=True, eq=False)

@@ -13,9 +13,9 @@ from typing import Any
 from aiohttp import web
 
 from devices.clock import Clock
+from devices.hub.attendance import PageHeadset
 from devices.hub.connection import Connection
 from devices.hub.contract import Arrived, Asset, HubCounts, HubSettings, Invitation
-from devices.hub.device import PageHeadset
 from devices.hub.elsewhere import Elsewhere
 from devices.hub.entry.certificates import Certificates, keep_certificates, lan_addresses
 from devices.hub.entry.pairing import PairingCodes

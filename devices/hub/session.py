@@ -24,7 +24,6 @@ from devices.hub.channels import (
     whole_text,
 )
 from devices.hub.contract import Arrived
-from devices.hub.device import DeviceSaid
 from devices.hub.elsewhere import Elsewhere, Others
 from devices.hub.entities.board import Board
 from devices.hub.entities.drawn import drawn_by_room
@@ -37,7 +36,7 @@ from devices.hub.inbox import Inbox
 from devices.hub.media.signals import MediaSignal, OfferSignal
 from devices.hub.media.voice_room import VoiceRoom
 from devices.hub.mesh import MeshChannel
-from devices.hub.messages import Do, Hello, OpError, Ping, Seen, read_message
+from devices.hub.messages import DeviceSaid, Do, Hello, OpError, Ping, Seen, read_message
 from devices.hub.outbox import Outbox, Sent
 from devices.hub.roles import Op, Pen, Person, Role, can_hold_pen
 from devices.hub.wire import WireError, check_body, head_only

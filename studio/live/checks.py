@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from devices.camera.received import CameraState, Received
-from devices.hub.device import PageHeadset
+from devices.hub.attendance import PageHeadset
 from devices.insta360.condition import LOW_BATTERIES
 from studio.live.hololens.checks import headset_checks
 from studio.live.live import LiveSession

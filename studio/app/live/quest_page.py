@@ -13,7 +13,7 @@ from studio.app.model.workbench import Workbench
 from studio.app.shell.theme import SHAPES, THEMES
 
 if TYPE_CHECKING:  # what a session needs takes a second to import: not before the window is shown
-    from devices.hub.device import PageHeadset
+    from devices.hub.attendance import PageHeadset
     from studio.session.preflight import Check
 
 NOBODY = (

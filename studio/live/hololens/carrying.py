@@ -132,7 +132,7 @@ def hands_after(
 
 
 class Carrying:
-    """What the wearer's hands do with shapes that are theirs, on the thread of their samples.
+    """Takes, carries and lets go shapes by the wearer's hands, on the thread of their samples.
 
     Args:
         wearer: id of the wearer among people.
@@ -191,7 +191,7 @@ class Carrying:
 
     def _put(self, hub: Doing, held: Held) -> bool:
         """Have everybody see a shape where it is; return whether it is still the wearer's."""
-        return self._do(hub, Op.PRIMITIVE, drawn_entity(held.primitive), drag=held.drag)
+        return self._do(hub, Op.PRIMITIVE, drawn=drawn_entity(held.primitive), drag=held.drag)
 
     def _give(self, hub: Doing, primitive: SharedPrimitive) -> None:
         people = [person for person, _ in hub.bodies() if can_have_shapes(person)]
@@ -200,10 +200,10 @@ class Carrying:
         taker = taker_at(primitive, seen)
         if taker is not None:
             given = Drawn(Op.PRIMITIVE, primitive.primitive_id, "")
-            self._do(hub, Op.GIVE, given, to=taker)
+            self._do(hub, Op.GIVE, drawn=given, to=taker)
 
     def _do(
-        self, hub: Doing, op: Op, drawn: Drawn, *, drag: int | None = None, to: str = ""
+        self, hub: Doing, op: Op, *, drawn: Drawn, drag: int | None = None, to: str = ""
     ) -> bool:
         away_m = np.abs(drawn.room_from_entity.translation).max()
         if not (drawn.is_finite and away_m <= MAX_ROOM_M):

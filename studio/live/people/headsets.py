@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from functools import partial
 
-from devices.hub.device import Immersion, PageHeadset
+from devices.hub.attendance import PageHeadset
+from devices.hub.messages import Immersion
 from devices.hub.roles import Role
 from studio.session.preflight import Check, Probe
 

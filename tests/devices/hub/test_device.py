@@ -3,8 +3,8 @@
 import pytest
 
 from devices.hub.attendance import AWAY_NS
-from devices.hub.device import MAX_MODEL, DeviceSaid, Immersion, read_device
 from devices.hub.fields import MessageError
+from devices.hub.messages import MAX_MODEL, DeviceSaid, Immersion, read_device
 from devices.hub.session import Visit
 from devices.hub.wire import Body, encode_body
 from scenes.pose import Pose

@@ -5,7 +5,7 @@ import time
 import numpy as np
 import pytest
 
-from devices.hub.device import Immersion
+from devices.hub.messages import Immersion
 from devices.hub.wire import decode_body, unpack_bodies
 from scenes.mesh import CollisionMesh
 from scenes.pose import Pose

@@ -17,7 +17,7 @@ from tracking.options import TrackerOptions
 
 if TYPE_CHECKING:  # what a session needs takes a second to import: not before the window is shown
     from devices.clock import Clock
-    from devices.hub.device import PageHeadset
+    from devices.hub.attendance import PageHeadset
     from devices.hub.server import Hub
     from scenes.package import ScenePackage
     from scenes.state import LiveSurface

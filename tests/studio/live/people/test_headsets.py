@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from devices.hub.device import DeviceSaid, Immersion, PageHeadset
+from devices.hub.attendance import PageHeadset
+from devices.hub.messages import DeviceSaid, Immersion
 from devices.hub.roles import Person, Role
 from studio.live.people.headsets import (
     ASPECTS,
