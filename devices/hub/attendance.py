@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 from devices.hub.entry.rates import Bucket
 from devices.hub.entry.tokens import TOKEN_NS
+from devices.hub.messages import DeviceSaid
 from devices.hub.outbox import Outbox
 from devices.hub.roles import Person, Role
 
@@ -32,6 +33,23 @@ OPS_HZ, OPS_BURST = 40.0, 80.0
 
 BYTES_HZ, BYTES_BURST = 1e6, 2e6
 """Bytes that a person may send in texts: a line of 1,000 points, 60 kB, at 15 Hz."""
+
+
+@dataclass(frozen=True, slots=True)
+class PageHeadset:
+    """A headset whose wearer has joined by the page.
+
+    Attributes:
+        person: the wearer, with the round trip to them.
+        said: newest of its page.
+        said_age_s: time since it came.
+        body_age_s: since the wearer's newest head and hands; None before the first.
+    """
+
+    person: Person
+    said: DeviceSaid
+    said_age_s: float
+    body_age_s: float | None
 
 
 @dataclass(slots=True, eq=False)
@@ -71,6 +89,7 @@ class Guest:
         body: newest, as it came.
         body_ns: when that was; session time.
         faults: messages that could not be read.
+        device: newest that the page of a headset has said of it, and when; None of no headset.
     """
 
     person: Person
@@ -85,11 +104,12 @@ class Guest:
     body: bytes = b""
     body_ns: int = 0
     faults: int = 0
+    device: tuple[DeviceSaid, int] | None = None
 
     @property
     def called(self) -> str:
         """Name and id, as a line of the log has them."""
-        return f"{self.person.name} ({self.person.person_id})"
+        return self.person.called
 
     def measure(self, round_trip_ns: int) -> None:
         """Note how long a ping and its answer took."""
@@ -179,6 +199,16 @@ class Attendance:
         for guest in left:
             guest.is_gone = True
         return left
+
+    def headsets(self, now_ns: int) -> tuple[PageHeadset, ...]:
+        """Return headsets of who is here, or may come back any moment."""
+        found: list[PageHeadset] = []
+        for guest in self.listed(now_ns):
+            if guest.device is not None:
+                said, said_ns = guest.device
+                body_s = (now_ns - guest.body_ns) / 1e9 if guest.body else None
+                found.append(PageHeadset(guest.person, said, (now_ns - said_ns) / 1e9, body_s))
+        return tuple(found)
 
     def arriving(self) -> int:
         """Return how many have paired and not joined yet."""

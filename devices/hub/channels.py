@@ -13,7 +13,7 @@ import numpy as np
 
 from devices.hub.entities.board import Board
 from devices.hub.entities.drawn import DECIMALS, GLTF_FROM_WORLD
-from devices.hub.roles import SPEAK, Pen, Person, may_speak
+from devices.hub.roles import SPEAK, Pen, Person, can_have_shapes, may_speak
 from devices.hub.wire import pack_item
 from scenes.frames import WORLD_FROM_GLTF
 from scenes.pose import Pose
@@ -258,6 +258,8 @@ def people_of(people: Iterable[Person], pen: Pen) -> list[dict[str, Any]]:
             "muted": person.is_muted,
             "pen": bool(pen.rights(person)),
             "microphone": person.has_microphone,
+            "takes": can_have_shapes(person),
+            "yields": person.is_yielding,
         }
         for person in people
     ]

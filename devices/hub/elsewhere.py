@@ -1,4 +1,7 @@
-"""People who are in the session by another hub: shown and listed here, and no more than that."""
+"""People who are in the session another way than by this hub: shown and listed here.
+
+Those of other hubs no more than that; a headset's wearer can have shapes as well.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +21,7 @@ MAX_ELSEWHERE = 1024
 
 @dataclass(frozen=True, slots=True)
 class Elsewhere:
-    """Somebody in the session by another hub.
+    """Somebody in the session another way.
 
     Attributes:
         person: as they are there; the id is unique among all hubs, such as "north.p1".
@@ -72,6 +75,16 @@ class Others:
     def people(self) -> tuple[Person, ...]:
         """Return who they are."""
         return tuple(self._people.values())
+
+    def find(self, person_id: str) -> Person:
+        """Return one of them.
+
+        Raises:
+            KeyError: nobody of that id is here another way.
+        """
+        if person_id not in self._people:
+            raise KeyError(f"hub: nobody is {person_id!r} another way, see meet()")
+        return self._people[person_id]
 
     def _free_index(self, before: dict[str, Person]) -> int:
         """Return a number that nobody has had for the longest time."""

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from devices.hub.entities.drawn import GLTF_FROM_WORLD
 from devices.hub.wire import VERSION
+from scenes.frames import WORLD_FROM_GLTF
 from scenes.mesh import CollisionMesh
 
 Cell = tuple[int, int, int]
@@ -92,20 +93,33 @@ class MeshChannel:
         Args:
             counter: of the newest cell that was sent; 0 for whoever has none.
         """
+        found = self.cells_after(counter)
+        return None if found is None else (found[0], _joined(list(found[1].values())))
+
+    def cells_after(self, counter: int) -> tuple[int, dict[Cell, bytes]] | None:
+        """Return the oldest cells that are newer, as they are packed, and the number of the last.
+
+        Args:
+            counter: of the newest cell that was sent; 0 for whoever has none.
+        """
         if self.counter <= counter:
             return None
-        chosen: list[bytes] = []
+        chosen: dict[Cell, bytes] = {}
         size, last = _HEADER.size, counter
-        for number, count, data in self._cells.values():
+        for cell, (number, count, data) in self._cells.items():
             if number <= counter:
                 continue
             if chosen and size + len(data) > MAX_MESSAGE_BYTES:
-                return last, _joined(chosen)
+                return last, chosen
             last = number
             if count or counter:  # whoever has none need not be sent what is gone
-                chosen.append(data)
+                chosen[cell] = data
                 size += len(data)
-        return (self.counter, _joined(chosen))
+        return self.counter, chosen
+
+    def has(self, cell: Cell) -> bool:
+        """Return whether there are triangles in a cell."""
+        return self._cells.get(cell, (0, 0, b""))[1] > 0
 
     def _forget(self) -> None:
         """Forget cells above the limit: those that are gone first, oldest first."""
@@ -143,6 +157,36 @@ def pack_cell(cell: Cell, mesh: CollisionMesh) -> bytes:
         raise MeshError(f"mesh, cell {cell}: farther than {MAX_ROOM_M:g} m from the room's origin")
     head = _CELL.pack(*cell, len(used), len(mesh.faces), *first.tolist())
     return head + steps.astype("<i2").tobytes() + index.astype("<u2").tobytes()
+
+
+def unpack_cell(cell: Cell, data: bytes) -> CollisionMesh:
+    """Return what `pack_cell` has packed, world metres; no triangles where there are no bytes.
+
+    Raises:
+        MeshError: it is none, another cell's, or larger or farther away than one may be.
+    """
+    if not data:
+        return CollisionMesh(np.zeros((0, 3), np.float32), np.zeros((0, 3), np.int32))
+    if len(data) < _CELL.size:
+        raise MeshError(f"mesh, cell {cell}: {len(data)} bytes, wanted at least {_CELL.size}")
+    i, j, k, corners, triangles, *first = _CELL.unpack_from(data)
+    wanted = _CELL.size + 6 * (corners + triangles)
+    if (i, j, k) != cell or len(data) != wanted or triangles > MAX_CELL_TRIANGLES:
+        raise MeshError(
+            f"mesh, cell {cell}: {len(data)} bytes of {triangles} triangles in cell {(i, j, k)}, "
+            f"wanted {wanted} of at most {MAX_CELL_TRIANGLES}"
+        )
+    steps = np.frombuffer(data, "<i2", 3 * corners, _CELL.size).reshape(-1, 3)
+    faces = np.frombuffer(data, "<u2", 3 * triangles, _CELL.size + 6 * corners).reshape(-1, 3)
+    places = np.array(first) + steps * STEP_M
+    # A corner may be a cell's width beyond what the first one may be.
+    if not np.abs(places).max(initial=0.0) <= MAX_ROOM_M + STEP_M * np.iinfo(np.int16).max:
+        raise MeshError(f"mesh, cell {cell}: farther than {MAX_ROOM_M:g} m from the room's origin")
+    try:
+        corners_in_world = (WORLD_FROM_GLTF @ places).astype(np.float32)
+        return CollisionMesh(corners_in_world, faces.astype(np.int32))
+    except ValueError as error:
+        raise MeshError(f"mesh, cell {cell}: {error}") from None
 
 
 def _gone(cell: Cell) -> bytes:

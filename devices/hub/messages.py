@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import Any
 
 from devices.hub.entities.drawn import Drawn
@@ -37,6 +38,13 @@ class OpError(ValueError):
     def __init__(self, why: str, *, op_id: str | int | None = None) -> None:
         super().__init__(why)
         self.op_id = op_id
+
+
+MAX_MODEL = 40
+"""Characters of a model's name, as of a person's; more are cut off."""
+
+MAX_HZ = 1_000.0
+"""Pictures a second beyond which a page does not count: far above any display."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +90,36 @@ class Do:
     to: str = ""
 
 
-Message = Hello | Seen | Ping | Do | OfferSignal | MediaSignal
+class Immersion(StrEnum):
+    """Way in which a headset shows the room."""
+
+    NONE = "none"
+    VR = "vr"
+    AR = "ar"
+
+
+@dataclass(frozen=True, slots=True)
+class DeviceSaid:
+    """A headset as its page says it.
+
+    Attributes:
+        model: as its browser names it; empty where it does not.
+        immersion: whether the page is beside the wearer, around them, or over the real room.
+        is_worn: whether it is worn and knows where it is; false while it is not immersive.
+        rate_hz: pictures a second; None before they were counted.
+        battery_percent: None where the browser does not say it.
+        is_charging: whether it is charged; false where that is not known.
+    """
+
+    model: str
+    immersion: Immersion
+    is_worn: bool
+    rate_hz: float | None
+    battery_percent: float | None
+    is_charging: bool
+
+
+Message = Hello | Seen | Ping | Do | DeviceSaid | OfferSignal | MediaSignal
 """Texts that a client may send."""
 
 
@@ -108,12 +145,39 @@ def read_message(text: str) -> Message | None:
         return Ping(read_number(fields.get("t_us"), "t_us"))
     if kind == "do":
         return _read_do(fields)
+    if kind == "device":
+        return read_device(fields)
     if not isinstance(kind, str):
         raise MessageError("kind: wanted a text")
     try:
         return read_signal(fields)
     except OfferError as error:
         raise MessageError(str(error)) from None
+
+
+def read_device(fields: dict[str, Any]) -> DeviceSaid:
+    """Return what a page says of its headset.
+
+    Raises:
+        MessageError: a field is wrong.
+    """
+    model = fields.get("model", "")
+    if not isinstance(model, str):
+        raise MessageError("model: wanted a text")
+    try:
+        immersion = Immersion(fields.get("immersion"))
+    except ValueError:
+        wanted = ", ".join(Immersion)
+        raise MessageError(f"immersion: wanted one of {wanted}") from None
+    battery = _optional(fields, "battery", limit=100.0)
+    return DeviceSaid(
+        "".join(letter for letter in model[:MAX_MODEL] if letter.isprintable()).strip(),
+        immersion,
+        _is_true(fields, "worn"),
+        _optional(fields, "hz", limit=MAX_HZ),
+        battery,
+        _is_true(fields, "charging"),
+    )
 
 
 def clean_name(value: object) -> str:
@@ -142,3 +206,20 @@ def _read_do(fields: dict[str, Any]) -> Do:
         return Do(op_id, op, None if op is Op.UNDO else read_drawn(op, fields), drag)
     except ValueError as error:  # MessageError is one
         raise OpError(str(error), op_id=op_id) from None
+
+
+def _optional(fields: dict[str, Any], field: str, *, limit: float) -> float | None:
+    value = fields.get(field)
+    if value is None:
+        return None
+    number = read_number(value, field)
+    if not 0.0 <= number <= limit:
+        raise MessageError(f"{field}: {number:g}, wanted 0..{limit:g}")
+    return number
+
+
+def _is_true(fields: dict[str, Any], field: str) -> bool:
+    value = fields.get(field, False)
+    if not isinstance(value, bool):
+        raise MessageError(f"{field}: wanted true or false")
+    return value

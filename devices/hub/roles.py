@@ -57,6 +57,8 @@ class Person:
         has_pen: whether they alone may draw: the operator has given them the pen.
         has_microphone: whether theirs is on.
         is_speaking: whether they are heard.
+        is_taker: whether shapes can be given to them: not to people of other sites.
+        is_yielding: whether whoever asks gets what is theirs: of a headset's wearer without a page.
     """
 
     person_id: str
@@ -69,11 +71,23 @@ class Person:
     has_pen: bool = False
     has_microphone: bool = False
     is_speaking: bool = False
+    is_taker: bool = True
+    is_yielding: bool = False
+
+    @property
+    def called(self) -> str:
+        """Name and id, as a line of the log has them."""
+        return f"{self.name} ({self.person_id})"
 
 
 def may_speak(person: Person) -> bool:
     """Return whether somebody's voice is heard: their role lets them, and they are not muted."""
     return person.role in SPEAKERS and not person.is_muted
+
+
+def can_have_shapes(person: Person) -> bool:
+    """Return whether somebody can be given a shape."""
+    return person.is_taker and Op.PRIMITIVE in RIGHTS[person.role]
 
 
 @dataclass(slots=True)

@@ -13,6 +13,7 @@ from typing import Any
 from aiohttp import web
 
 from devices.clock import Clock
+from devices.hub.attendance import PageHeadset
 from devices.hub.connection import Connection
 from devices.hub.contract import Arrived, Asset, HubCounts, HubSettings, Invitation
 from devices.hub.elsewhere import Elsewhere
@@ -23,6 +24,7 @@ from devices.hub.inbox import Avatars
 from devices.hub.media.link import MediaLink, is_available
 from devices.hub.media.voice_room import link_to
 from devices.hub.mesh import Cell
+from devices.hub.messages import Do
 from devices.hub.port import Port, address_of, own_names, tls_of
 from devices.hub.roles import Person, Role
 from devices.hub.session import Session
@@ -54,6 +56,8 @@ IDLE_S = 15.0
 
 class Hub:
     """People in a session. Its sockets live on a thread of its own; every method is safe anywhere.
+
+    What is asked of somebody who is not there is a KeyError.
 
     Args:
         settings: where it listens.
@@ -208,6 +212,10 @@ class Hub:
             self._session.meet(others, self._clock.now_ns(), way=way)
         self._call_soon(self._wake_for_bodies)
 
+    def act(self, person_id: str, do: Do) -> None:
+        """Do what somebody asks who is here another way, or OpError: such as a headset's wearer."""
+        self._change(lambda session, now_ns: session.act(person_id, do, now_ns=now_ns))
+
     def bodies(self) -> list[tuple[Person, bytes]]:
         """Return this hub's own people who show a body, and the newest of each."""
         with self._session.lock:
@@ -217,6 +225,11 @@ class Hub:
         """Return who is here by this hub, and who may come back."""
         with self._session.lock:
             return self._session.people(self._clock.now_ns())
+
+    def headsets(self) -> tuple[PageHeadset, ...]:
+        """Return headsets of this hub's people, as their pages say them."""
+        with self._session.lock:
+            return self._session.attendance.headsets(self._clock.now_ns())
 
     def invite(self, role: Role = Role.REMOTE) -> Invitation:
         """Make a code."""
@@ -229,26 +242,17 @@ class Hub:
         self._change(lambda session, _now_ns: session.codes.revoke(code))
 
     def set_role(self, person_id: str, role: Role) -> None:
-        """Give a person another role; their rights change at once.
-
-        Raises:
-            KeyError: there is no such person.
-        """
+        """Give a person another role; their rights change at once."""
         self._change(lambda session, now_ns: session.change(person_id, now_ns, role=role))
 
     def mute(self, person_id: str, *, is_muted: bool) -> None:
-        """Refuse a person's body and operations, or take them again.
-
-        Raises:
-            KeyError: there is no such person.
-        """
+        """Refuse a person's body and operations, or take them again."""
         self._change(lambda session, now_ns: session.change(person_id, now_ns, is_muted=is_muted))
 
     def give_pen(self, person_id: str | None) -> None:
         """Let one person alone draw; None lets everybody again whose role allows it.
 
         Raises:
-            KeyError: there is no such person.
             ValueError: their role lets them draw nothing.
         """
         self._change(lambda session, now_ns: session.give_pen(person_id, now_ns))
@@ -263,11 +267,7 @@ class Hub:
         return self._session.media.is_recorded
 
     def remove(self, person_id: str) -> None:
-        """Send a person away; their token is worth nothing from then on.
-
-        Raises:
-            KeyError: there is no such person.
-        """
+        """Send a person away; their token is worth nothing from then on."""
         self._change(lambda session, now_ns: session.remove(person_id, now_ns))
 
     def hide_behind(self, cells: Mapping[Cell, CollisionMesh]) -> None:
@@ -282,8 +282,7 @@ class Hub:
     def counts(self) -> HubCounts:
         """Return figures since the start."""
         with self._session.lock:
-            sent = self._session.sent
-            refused = dict(self._session.refused)
+            sent, refused = self._session.sent, dict(self._session.refused)
             return HubCounts(sent.bytes, sent.messages, sent.dropped, refused)
 
     async def _run(self, listening: Future[int]) -> None:

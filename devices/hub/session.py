@@ -36,7 +36,7 @@ from devices.hub.inbox import Inbox
 from devices.hub.media.signals import MediaSignal, OfferSignal
 from devices.hub.media.voice_room import VoiceRoom
 from devices.hub.mesh import MeshChannel
-from devices.hub.messages import Do, Hello, OpError, Ping, Seen, read_message
+from devices.hub.messages import DeviceSaid, Do, Hello, OpError, Ping, Seen, read_message
 from devices.hub.outbox import Outbox, Sent
 from devices.hub.roles import Op, Pen, Person, Role, can_hold_pen
 from devices.hub.wire import WireError, check_body, head_only
@@ -74,18 +74,15 @@ class Session:
         now_ns: int,
         is_voice_recorded: bool = False,
     ) -> None:
-        self.lock = threading.RLock()
-        self.codes = codes
+        self.lock, self.codes = threading.RLock(), codes
         self.states, self.log, self.bodies = StateChannel(), LogChannel(), BodyChannel()
         self.pictures, self.mesh = PictureChannel(), MeshChannel()
         self.sent, self.refused = Sent(), Counter[str]()
         self.media = VoiceRoom(None, is_voice_recorded, lambda kind: self.refused.update((kind,)))
-        self._say = say
-        self._attendance, self._board, self._inbox = Attendance(), Board(), Inbox()
-        self._others = Others()
-        self._door = Admission(self._attendance, codes, tokens, max_people)
-        self._state, self._pen = SceneState(), Pen()
-        self._lines_of_refusals = refusal_lines(now_ns)
+        self._say, self._lines_of_refusals = say, refusal_lines(now_ns)
+        self.attendance, self._board, self._inbox = Attendance(), Board(), Inbox()
+        self._door = Admission(self.attendance, codes, tokens, max_people)
+        self._others, self._state, self._pen = Others(), SceneState(), Pen()
 
     def pair(self, code: str, *, name: str, address: str, now_ns: int) -> str:
         """Return a token for a code, which is used up.
@@ -128,8 +125,8 @@ class Session:
         self.media.enter(guest.person, outbox, address=address, now_ns=now_ns)
         self._welcome(visit, hello, now_ns=now_ns)
         self._tell_people(now_ns)
-        how = f"{'is back' if is_back else 'joined'} as {guest.person.role}"
-        self._note("joined", f"{guest.called} {how}")
+        how = "is back" if is_back else "joined"
+        self._note("joined", f"{guest.called} {how} as {guest.person.role}")
         return visit
 
     def leave(self, visit: Visit, now_ns: int) -> None:
@@ -145,20 +142,20 @@ class Session:
 
     def hear(self, visit: Visit, text: str, *, now_ns: int) -> bool:
         """Take a text from somebody; return whether the others get something of it."""
-        guest, outbox = visit.guest, visit.outbox
-        limits = guest.limits
+        guest, outbox, limits = visit.guest, visit.outbox, visit.guest.limits
         if not (limits.texts.take(now_ns) and limits.text_bytes.take(now_ns, float(len(text)))):
             self.refuse(f"{guest.called} sends too much", kind="rate", now_ns=now_ns)
             outbox.end("you send too much")
             return False
         try:
             message = read_message(text)
-            if isinstance(message, Seen):
-                if outbox.see(message.version):
-                    guest.oldest_token = max(guest.oldest_token, outbox.token_number)
+            if isinstance(message, Seen) and outbox.see(message.version):
+                guest.oldest_token = max(guest.oldest_token, outbox.token_number)
             elif isinstance(message, Ping):
                 pong = {"kind": "pong", "t_us": message.t_us, "hub_t_us": now_ns // 1000}
                 outbox.put(to_text(pong))
+            elif isinstance(message, DeviceSaid):
+                guest.device = message, now_ns
             elif isinstance(message, Do):
                 self._do(visit, message, now_ns=now_ns)
                 return True
@@ -229,24 +226,33 @@ class Session:
 
     def tick(self, now_ns: int) -> None:
         """Do what is due: fresh tokens, and whoever was away too long is gone."""
-        for guest in self._attendance.note_left(now_ns):
+        for guest in self.attendance.note_left(now_ns):
             self._take_pen(guest, now_ns)
             self._note("left", f"{guest.called} has left")
-        for guest in self._attendance.forget_old(now_ns):
+        for guest in self.attendance.forget_old(now_ns):
             self._board.forget(guest.person.person_id)
-        for guest, outbox in self._attendance.connected():
+        for guest, outbox in self.attendance.connected():
             if now_ns - guest.renewed_ns >= RENEW_NS:
                 outbox.put(to_text({"kind": "token", "token": self._door.new_token(guest, now_ns)}))
         self._tell_people(now_ns)
 
     def people(self, now_ns: int) -> tuple[Person, ...]:
         """Return who is here, and who may come back."""
-        return tuple(self.media.seen(guest.person) for guest in self._attendance.listed(now_ns))
+        return tuple(self.media.seen(guest.person) for guest in self.attendance.listed(now_ns))
 
     def meet(self, others: Iterable[Elsewhere], now_ns: int, *, way: str = "sites") -> None:
         """Show people who are in the session another way: these, and nobody else by that way."""
         if self._others.take(others, self.bodies, way=way):
             self._tell_people(now_ns)
+
+    def act(self, person_id: str, do: Do, *, now_ns: int) -> None:
+        """Do what somebody asks for who is here another way, such as a headset's wearer.
+
+        Raises:
+            KeyError: nobody of that id is here another way.
+            OpError: it cannot be done.
+        """
+        self._carry_out(self._others.find(person_id), do, now_ns=now_ns)
 
     def take(self) -> Arrived:
         """Return what people have sent since the last call, without their bodies."""
@@ -254,7 +260,7 @@ class Session:
 
     def shown(self, now_ns: int) -> list[tuple[Person, bytes]]:
         """Return everybody who shows a body, and the newest of each."""
-        here = self._attendance.listed(now_ns)
+        here = self.attendance.listed(now_ns)
         since_ns = now_ns - SHOWN_NS
         return [(each.person, each.body) for each in here if each.body and each.body_ns >= since_ns]
 
@@ -282,8 +288,7 @@ class Session:
             self._take_pen(guest, now_ns)
         self._tell_rights(guest)
         self._tell_people(now_ns)
-        muted = ", muted" if person.is_muted else ""
-        self._note("changed", f"{guest.called} is {person.role}{muted}")
+        self._note("changed", f"{guest.called} is {person.role}{', muted' * person.is_muted}")
 
     def give_pen(self, person_id: str | None, now_ns: int) -> None:
         """Let one person alone draw, or everybody again; all are sent their rights.
@@ -296,7 +301,7 @@ class Session:
         if found is not None and not can_hold_pen(found.person):
             raise ValueError(f"hub: {found.person.name} draws nothing as {found.person.role}")
         self._pen.holder = person_id or ""
-        for guest in self._attendance.listed(now_ns):
+        for guest in self.attendance.listed(now_ns):
             guest.change(has_pen=guest.person.person_id == person_id)
             self._tell_rights(guest)
         self._tell_people(now_ns)
@@ -315,7 +320,7 @@ class Session:
         """
         guest = self._find(person_id)
         self._take_pen(guest, now_ns)
-        self._attendance.remove(person_id)
+        self.attendance.remove(person_id)
         self._board.forget(person_id)
         self.bodies.drop(guest.person.index)
         self.media.leave(guest.person.index)
@@ -326,7 +331,7 @@ class Session:
 
     def end(self) -> None:
         """Say goodbye to everybody."""
-        for _guest, outbox in self._attendance.connected():
+        for _guest, outbox in self.attendance.connected():
             outbox.end("the session is over")
 
     def refuse(self, text: str, *, kind: str, now_ns: int) -> None:
@@ -350,37 +355,33 @@ class Session:
         outbox.begin(texts, version=self.states.version, token_number=guest.newest_token)
 
     def _do(self, visit: Visit, do: Do, *, now_ns: int) -> None:
-        guest, person = visit.guest, visit.guest.person
+        if not visit.guest.limits.ops.take(now_ns):
+            raise OpError("too many operations at once", op_id=do.op_id)
+        self._carry_out(visit.guest.person, do, now_ns=now_ns)
+        visit.outbox.put(to_text({"kind": "done", "id": do.op_id}))
+
+    def _carry_out(self, person: Person, do: Do, *, now_ns: int) -> None:
         if why := self._pen.refusal(person, do.op):
             raise OpError(why, op_id=do.op_id)
-        if not guest.limits.ops.take(now_ns):
-            raise OpError("too many operations at once", op_id=do.op_id)
         if do.drawn is not None and do.drawn.object_id not in ("", *self._state.objects):
             raise OpError("there is no such object", op_id=do.op_id)
-        try:
-            if do.op is Op.GIVE:
-                here = {it.person_id: it for it in self.people(now_ns)}
-                drawn = self._board.give(person.person_id, do, here=here)
-                self._note("given", f"{guest.called} gave {drawn.key} to {drawn.name}")
-            else:
-                drawn = self._board.do(person.person_id, do, now_ns=now_ns, name=person.name)
-        except OpError as error:
-            raise OpError(str(error), op_id=do.op_id) from None
+        drawn = self._board.carry_out(person, do, here=self._everybody(now_ns), now_ns=now_ns)
+        if do.op is Op.GIVE:
+            self._note("given", f"{person.called} gave {drawn.key} to {drawn.name}")
         self._inbox.draw(drawn)
         self._tell_all(self.log.add(drawn.entry()))
-        visit.outbox.put(to_text({"kind": "done", "id": do.op_id}))
 
     def _tell_rights(self, guest: Guest) -> None:
         if guest.outbox is not None:
             guest.outbox.put(rights_text(guest.person, self._pen))
 
     def _tell_all(self, text: str) -> None:
-        for _guest, outbox in self._attendance.connected():
+        for _guest, outbox in self.attendance.connected():
             outbox.put(text)
 
     def _tell_people(self, now_ns: int) -> None:
         text = to_text({"kind": "people", "people": people_of(self._everybody(now_ns), self._pen)})
-        for _guest, outbox in self._attendance.connected():
+        for _guest, outbox in self.attendance.connected():
             outbox.put_people(text)
 
     def _everybody(self, now_ns: int) -> tuple[Person, ...]:
@@ -388,7 +389,7 @@ class Session:
         return (*self.people(now_ns), *self._others.people())
 
     def _find(self, person_id: str) -> Guest:
-        guest = self._attendance.find(person_id)
+        guest = self.attendance.find(person_id)
         if guest is None:
             raise KeyError(f"hub: nobody is {person_id!r}, see people()")
         return guest

@@ -10,6 +10,9 @@ OBJECTS, PEOPLE, BODIES, PICTURE = "objects", "people", "bodies", "picture"
 DRAWN = "drawn"
 """Log of lines and surfaces."""
 
+HIDDEN = "hidden"
+"""Log of a room's surfaces that hide what is behind them, by cell."""
+
 MAX_NAME_BYTES = 255
 """Length of an id in bytes, as one byte says it."""
 

@@ -35,7 +35,9 @@ def read_people(data: bytes, *, limit: int) -> tuple[Person, ...]:
         found: dict[str, Person] = {}
         for person_id, name, role, is_muted in _rows(json.loads(data), limit):
             key = _id(person_id)
-            found[key] = Person(key, len(found), clean_name(name), Role(role), bool(is_muted))
+            found[key] = Person(
+                key, len(found), clean_name(name), Role(role), bool(is_muted), is_taker=False
+            )
         return tuple(found.values())
     except SiteBytesError:
         raise

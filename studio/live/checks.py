@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from devices.camera.received import CameraState, Received
+from devices.hub.attendance import PageHeadset
 from devices.insta360.condition import LOW_BATTERIES
 from studio.live.hololens.checks import headset_checks
 from studio.live.live import LiveSession
+from studio.live.people.headsets import headset_probes
 from studio.session.preflight import Check, Probe, checks_for
 
 FIRST_PICTURE_S = 3.0
@@ -48,6 +50,7 @@ def live_checks(
     recordings: Path,
     sleep: Sleep = time.sleep,
     simulated: Callable[[], str] | None = None,
+    headsets: Sequence[PageHeadset] = (),
 ) -> Mapping[str, Probe]:
     """The checks of a live session, by name.
 
@@ -57,6 +60,7 @@ def live_checks(
         sleep: waits, seconds.
         simulated: says how far a simulated camera is that is made ready by itself; None for a real
             one, which somebody must start.
+        headsets: of people who have joined by the page.
     """
     machine = dict(checks_for(recordings=recordings))
     machine.pop("camera")
@@ -67,6 +71,7 @@ def live_checks(
         "light": lambda: _light(session, sleep),
         **({"battery": lambda: _battery(session)} if session.status().condition else {}),
         **({} if session.worn is None else headset_checks(session.worn, sleep=sleep)),
+        **headset_probes(headsets),
         **machine,
     }
 

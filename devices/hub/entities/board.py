@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any
 
 from devices.hub.entities.drawn import ROOM, Drawn
 from devices.hub.messages import Do, OpError
-from devices.hub.roles import RIGHTS, Op, Person
+from devices.hub.roles import Op, Person, can_have_shapes
 
 MAX_LINES = 2000
 """Lines at the same time; chosen: an hour of drawing."""
@@ -45,8 +45,8 @@ STEADY_NS = 10**9
 does not say which operations are one drag: one second."""
 
 HOLD_NS = 10**9
-"""Pause after which somebody has let go of an object's copy: one second, as `STEADY_NS`; a page
-sends ten of its places a second while it is dragged."""
+"""Pause after which somebody has let go of an object's copy, or of a shape: one second, as
+`STEADY_NS`; a page sends ten of its places a second while it is dragged."""
 
 Drag = str | int | None
 """A client's name of one drag; None where it gives none."""
@@ -71,7 +71,7 @@ class _Step:
 
 @dataclass(frozen=True, slots=True)
 class _Hold:
-    """Somebody who moves a copy of an object: id, name, and when they moved it last."""
+    """Somebody who moves an object's copy, or a shape: id, name, and when they moved it last."""
 
     person_id: str
     name: str
@@ -88,7 +88,8 @@ class Board:
     _points: int = 0
     _steps: dict[str, deque[_Step]] = field(default_factory=dict[str, "deque[_Step]"])
     _holds: dict[str, _Hold] = field(default_factory=dict[str, _Hold])
-    """Holds by object: whoever began to move a copy of it first has it until they let go."""
+    """Holds by object: whoever began to move a copy of it first has it until they let go. Holds by
+    primitive: when its owner moved it last."""
 
     def whole(self) -> dict[str, Any]:
         """Return entities for whoever joins, by kind and name."""
@@ -96,6 +97,26 @@ class Board:
             LIMITS[op][0]: {key: {"by": it.by, **it.fields()} for key, it in there.items()}
             for op, there in self._entities.items()
         }
+
+    def carry_out(self, person: Person, do: Do, *, here: Iterable[Person], now_ns: int) -> Drawn:
+        """Do what somebody asks for; return what has become of the entity.
+
+        Args:
+            person: who asks.
+            do: what for.
+            here: everybody who is here.
+            now_ns: session time.
+
+        Raises:
+            OpError: as `do` and `give`.
+        """
+        try:
+            if do.op is Op.GIVE:
+                by_id = {it.person_id: it for it in here}
+                return self.give(person.person_id, do, here=by_id, now_ns=now_ns)
+            return self.do(person.person_id, do, now_ns=now_ns, name=person.name)
+        except OpError as error:
+            raise OpError(str(error), op_id=do.op_id) from None
 
     def do(self, person_id: str, do: Do, *, now_ns: int, name: str = "") -> Drawn:
         """Do what a person asks for; return what has become of the entity.
@@ -128,16 +149,18 @@ class Board:
         self.put(changed)
         return changed
 
-    def give(self, person_id: str, do: Do, *, here: Mapping[str, Person]) -> Drawn:
+    def give(self, person_id: str, do: Do, *, here: Mapping[str, Person], now_ns: int = 0) -> Drawn:
         """Let somebody else have a primitive; return it as theirs.
 
         Its owner gives it to whoever is here and may put primitives. What somebody who is not here
-        any more has left, anybody takes for themselves: whoever asks first.
+        any more has left, anybody takes for themselves: whoever asks first. So do they of whoever
+        has no page to hand it over, unless it is being moved.
 
         Args:
             person_id: who asks.
             do: what for.
             here: everybody who is here, by id.
+            now_ns: session time.
 
         Raises:
             OpError: it is gone, somebody else has it, or whoever should have it cannot.
@@ -147,12 +170,15 @@ class Board:
         given = self._entities[Op.PRIMITIVE].get(key)
         if given is None:
             raise OpError("it is not there any more", op_id=do.op_id)
-        is_left = given.by not in here and do.to == person_id
-        if given.by != person_id and not is_left:
-            raise OpError(f"{given.name or given.by} has it", op_id=do.op_id)
-        if taker is None or Op.PRIMITIVE not in RIGHTS[taker.role]:
-            who = "nobody of that name is here" if taker is None else f"{taker.name} only watches"
-            raise OpError(who, op_id=do.op_id)
+        owner, who = here.get(given.by), given.name or given.by
+        is_free = (owner is None or owner.is_yielding) and do.to == person_id
+        if given.by != person_id and not is_free:
+            raise OpError(f"{who} has it", op_id=do.op_id)
+        hold = self._holds.get(key)
+        if given.by != person_id and owner and hold and now_ns - hold.t_ns < HOLD_NS:
+            raise OpError(f"{who} is moving it; wait until they let go", op_id=do.op_id)
+        if taker is None or not can_have_shapes(taker):
+            raise OpError(_why_not(taker), op_id=do.op_id)
         if given.by == do.to:
             return given
         changed = replace(given, by=do.to, name=taker.name)
@@ -163,6 +189,7 @@ class Board:
             kept = [it for it in steps if (it.before.op, it.before.key) != (Op.PRIMITIVE, key)]
             steps.clear()
             steps.extend(kept)
+        self._holds.pop(key, None)
         self.put(changed)
         return changed
 
@@ -172,6 +199,8 @@ class Board:
         old = there.pop(drawn.key, None)
         if drawn.is_there:
             there[drawn.key] = drawn
+        elif drawn.op is Op.PRIMITIVE:
+            self._holds.pop(drawn.key, None)
         if drawn.op is Op.LINE:
             self._points += len(drawn.points) - (0 if old is None else len(old.points))
         return old is not None or drawn.is_there
@@ -182,7 +211,12 @@ class Board:
         self._holds = {key: it for key, it in self._holds.items() if it.person_id != person_id}
 
     def _hold(self, changed: Drawn, do: Do, *, now_ns: int) -> None:
-        """Give a proposal's object to whoever moves it, unless somebody else has it."""
+        """Give a proposal's object to whoever moves it, unless somebody else has it.
+
+        A primitive is its owner's anyhow: only when they moved it is kept.
+        """
+        if changed.op is Op.PRIMITIVE and changed.is_there:
+            self._holds[changed.key] = _Hold(changed.by, changed.name, now_ns)
         if changed.op is not Op.PROPOSE:
             return
         if not changed.is_there:
@@ -263,6 +297,13 @@ class Board:
         if not changed.is_there and not before.is_there:
             return
         steps.append(_Step(before, now_ns, drag, changed.is_there))
+
+
+def _why_not(taker: Person | None) -> str:
+    """Return why somebody cannot be given a shape, in words for whoever gives it."""
+    if taker is None:
+        return "nobody of that name is here"
+    return f"{taker.name} {'only watches' if taker.is_taker else 'is at another site'}"
 
 
 def in_full(person_id: str, key: str) -> str:

@@ -2,5 +2,5 @@
 
 `dock.py` of `head.py` (state, the one button, banner), `camera_view.py` (what the camera shows),
 `camera_page.py` (which camera), `headset_page.py` `headset_words.py` (the local user's HoloLens),
-`words.py` (states and banners in words).
+`quest_page.py` (headsets that have joined by the page), `words.py` (states and banners in words).
 """

@@ -26,6 +26,7 @@ from studio.app.live.camera_page import CameraPage
 from studio.app.live.camera_view import CameraView
 from studio.app.live.head import LiveHead
 from studio.app.live.headset_page import HeadsetPage
+from studio.app.live.quest_page import QuestPage
 from studio.app.live.words import banner_of
 from studio.app.model.jobs.live_job import LiveJob
 from studio.app.model.runs.live_run import LiveRun
@@ -68,8 +69,10 @@ class LiveDock(QWidget):
         self.tabs = QTabWidget()
         self.page = CameraPage(bench, self.live)
         self.headset = HeadsetPage(bench, self.live)
+        self.quest = QuestPage(bench, self.live)
         self.tabs.addTab(_scrolled(self.page), "Camera")
         self.tabs.addTab(_scrolled(self.headset), "HoloLens")
+        self.tabs.addTab(_scrolled(self.quest), "Quest")
         self.tabs.addTab(self._make_checks(), "Checks")
         self.tabs.addTab(_scrolled(self._make_delays()), "Delay")
         self.tabs.addTab(_scrolled(self._make_tracker()), "Tracker")
@@ -157,6 +160,7 @@ class LiveDock(QWidget):
         session = self.live.session
         status = None if session is None else session.status()
         self._refresh_buttons(job)
+        self.quest.refresh()
         if session is None or status is None:
             self.head.show_idle(job)
             self.camera.show_idle()

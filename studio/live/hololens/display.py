@@ -21,7 +21,7 @@ from scenes.state import (
     TrackedObject,
     TrackState,
 )
-from studio.live.hololens.edges import arrow, outline, polyline, rod
+from studio.live.hololens.edges import CORNERS, arrow, outline, polyline, rod
 
 Floats = NDArray[np.float64]
 
@@ -83,6 +83,12 @@ PROPOSED: Colour = (1.0, 0.85, 0.2, 0.95)
 MET: Colour = (0.3, 1.0, 0.4, 0.95)
 """Colours of a proposal's outline: before, and once its object stands there."""
 
+OWNER: Colour = (1.0, 1.0, 1.0, 1.0)
+"""Colour of the words that say whose a shape is: white, which none of the shapes' colours hides."""
+
+OWNER_ABOVE_M = 0.08
+"""Height of those words above a shape, as above a proposal."""
+
 STILL_M, STILL_RAD = 0.0005, math.radians(0.15)
 """Movements of an item up to which it stays as it was sent, metres and radians."""
 
@@ -97,6 +103,7 @@ class Seen:
         met: ids of proposals whose objects stand as proposed.
         wearer: id of the wearer, who is not drawn.
         eye: (3,) the wearer's head in the headset's world, which labels turn to; None unknown.
+        passed: ids of shapes that have passed to somebody else a moment ago.
     """
 
     device_from_world: Pose
@@ -104,6 +111,7 @@ class Seen:
     met: frozenset[str]
     wearer: str
     eye: Floats | None = None
+    passed: frozenset[str] = frozenset()
 
 
 def items_of(state: SceneState, avatars: Iterable[Avatar], *, seen: Seen) -> dict[str, Item]:
@@ -115,7 +123,9 @@ def items_of(state: SceneState, avatars: Iterable[Avatar], *, seen: Seen) -> dic
         seen: from where, and what is known of the objects.
     """
     found: dict[str, Item] = {}
-    for number, avatar in enumerate(sorted(avatars, key=lambda each: each.user_id)):
+    people = sorted(avatars, key=lambda each: each.user_id)
+    names = {avatar.user_id: avatar.name for avatar in people}
+    for number, avatar in enumerate(people):
         if avatar.user_id != seen.wearer:
             colour = PERSON_COLOURS[number % len(PERSON_COLOURS)]
             _put(found, f"person:{avatar.user_id}", parts=_person(avatar, colour, seen=seen))
@@ -125,6 +135,8 @@ def items_of(state: SceneState, avatars: Iterable[Avatar], *, seen: Seen) -> dic
         _put(found, f"object:{key}", parts=_object(track, seen))
     for key, primitive in state.primitives.items():
         _put(found, f"primitive:{key}", parts=_primitive(primitive, seen))
+        words = whose(primitive, names, seen=seen)
+        _put(found, f"primitive:{key}", parts={"words": words})
     for key, line in state.annotations.items():
         _put(found, f"line:{key}", parts=_line(line, seen))
     return found
@@ -220,6 +232,20 @@ def _primitive(primitive: SharedPrimitive, seen: Seen) -> Mapping[str, Item | No
         return {}
     middle = base @ Pose(np.eye(3), np.array([0.0, 0.0, 0.5 * primitive.size_m[2]]))
     return {"body": Solid(shape, middle, primitive.size_m, colour)}
+
+
+def whose(primitive: SharedPrimitive, names: Mapping[str, str], *, seen: Seen) -> Label | None:
+    """Return words over a shape that is the wearer's, or has just become somebody else's."""
+    is_own = primitive.user_id == seen.wearer
+    if primitive.shape is None or not (is_own or primitive.primitive_id in seen.passed):
+        return None
+    owner = names.get(primitive.user_id) or "somebody else"
+    # The highest corner: a shape in a hand may lie on its side.
+    corners = (CORNERS + np.array([0.0, 0.0, 0.5])) * np.array(primitive.size_m)
+    base = seen.device_from_world @ primitive.world_from_primitive
+    place = base @ np.array([0.0, 0.0, 0.5 * primitive.size_m[2]])
+    place[2] = float((base @ corners)[:, 2].max()) + OWNER_ABOVE_M
+    return _label("yours" if is_own else f"{owner} has it", place, colour=OWNER, seen=seen)
 
 
 def _line(line: Annotation, seen: Seen) -> Mapping[str, Item | None]:

@@ -81,8 +81,11 @@ def wearer_now(
 def show_to(
     hub: Meeting, sample: HeadAndHands | None, *, device_from_world: Pose | None, name: str
 ) -> None:
-    """Show the wearer to the people of a hub, or nobody while it is not known where they are."""
-    person = Person(WEARER, 0, name, Role.LOCAL)
+    """Show the wearer to the people of a hub, without a body while it is not known where they are.
+
+    They have no page on which to hand over what is theirs: whoever asks gets it.
+    """
+    person = Person(WEARER, 0, name, Role.LOCAL, is_yielding=True)
     data = b""
     if sample is not None and device_from_world is not None:
         body = body_of(sample, device_from_world.inverse())

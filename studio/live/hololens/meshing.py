@@ -6,7 +6,7 @@ import threading
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -262,8 +262,9 @@ def _is_away(a: Pose, b: Pose) -> bool:
     return float(away.max()) > 1e-3 or float(np.abs(a.rotation - b.rotation).max()) > 5e-3
 
 
+@runtime_checkable
 class Hiding(Protocol):
-    """Part of a hub that lets surfaces hide what is behind them."""
+    """Part of a hub, or of a room that sites join, that lets surfaces hide what is behind them."""
 
     def hide_behind(self, cells: Mapping[Cell, CollisionMesh]) -> None:
         """Let surfaces hide what is behind them for everybody."""
@@ -271,29 +272,31 @@ class Hiding(Protocol):
 
 
 class HiddenSurfaces:
-    """Cells that hide what is behind them; each hub gets all once, and then what changes."""
+    """Cells that hide what is behind them; whoever shows them gets all once, and then changes."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._cells: dict[Cell, CollisionMesh] = {}
-        self._changed: dict[Cell, CollisionMesh] = {}
-        self._shown_to: Hiding | None = None
+        self._due: list[tuple[Hiding, dict[Cell, CollisionMesh]]] = []
+        """Changed cells that each has not got yet."""
 
     def change(self, cells: Mapping[Cell, CollisionMesh]) -> None:
         """Take cells that have changed; one without triangles is gone. On any thread."""
         with self._lock:
+            for _, due in self._due:
+                due.update(cells)
             for cell, mesh in cells.items():
-                self._changed[cell] = mesh
                 if len(mesh.faces):
                     self._cells[cell] = mesh
                 else:
                     self._cells.pop(cell, None)
 
-    def show(self, hub: Hiding) -> None:
-        """Hand a hub what it does not have yet; nothing where there is nothing new."""
+    def show(self, *those: Hiding) -> None:
+        """Hand each what it does not have yet; nothing where there is nothing new."""
         with self._lock:
-            is_new = hub is not self._shown_to
-            cells = dict(self._cells) if is_new else self._changed
-            self._shown_to, self._changed = hub, {}
-        if cells:
-            hub.hide_behind(cells)
+            before = {id(each): due for each, due in self._due}
+            found = [(each, before.get(id(each), dict(self._cells))) for each in those]
+            self._due = [(each, {}) for each in those]
+        for each, cells in found:
+            if cells:
+                each.hide_behind(cells)

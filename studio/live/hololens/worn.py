@@ -16,15 +16,17 @@ from devices.clock import Clock
 from devices.hololens.headset import Headset
 from devices.hololens.plan import HeadsetPlan
 from devices.hololens.values import HeadAndHands, HeadsetStatus
+from devices.hub.attendance import AWAY_NS
 from devices.hub.server import Hub
 from scenes.package import ScenePackage
 from scenes.pose import Pose
 from scenes.state import Avatar, SceneState
 from scenes.workers.task import Task
 from studio.live.hololens.anchoring import Anchoring, OriginStatus
+from studio.live.hololens.carrying import Carrying
 from studio.live.hololens.drawing import Drawing
 from studio.live.hololens.local_user import WEARER, WithLocalUser, show_to, wearer_now
-from studio.live.hololens.meshing import HiddenSurfaces, Meshing, MeshStatus
+from studio.live.hololens.meshing import HiddenSurfaces, Hiding, Meshing, MeshStatus
 from studio.live.hololens.rig_code import RigCode, is_apart, rig_code_after
 from studio.live.hololens.timing import Durations
 from studio.live.hololens.view import seen_by_wearer
@@ -114,6 +116,8 @@ class WornHeadset:
             headset.video(), codes, clock=clock, note=self._note, delays=self.video_delays
         )
         self._hidden = HiddenSurfaces()
+        self._elsewhere: Hiding | None = None
+        """Where else surfaces hide what is behind them: a room that sites join."""
         self.meshing = Meshing(
             headset.surfaces(),
             scene,
@@ -121,11 +125,13 @@ class WornHeadset:
             clock=clock,
             changed=self._hidden.change,
         )
+        self._carrying = Carrying(WEARER, hub=hub, note=self._note)
         self.drawing = Drawing(
             headset.draw,
             device_from_world=self.anchoring.device_from_world,
             eye=self._eye,
             hub=hub,
+            in_hand=self._carrying.shown,
             models={item.object_id: item for item in scene.objects},
             wearer=WEARER,
             clock=clock,
@@ -155,12 +161,16 @@ class WornHeadset:
         for part in (self.drawing, self.meshing, self.anchoring):
             part.close()
         self._task.join(2.0)
+        if (hub := self._hub()) is not None:
+            with suppress(RuntimeError):
+                hub.meet([], way=WEARER)
         self._body.close()
         self.headset.draw({})
         self.headset.close()
 
     def people(self, inner: People | None) -> WithLocalUser:
         """Return the session's people with the wearer among them."""
+        self._elsewhere = inner if isinstance(inner, Hiding) else None
         return WithLocalUser(
             inner, wearer=self.avatar, take_events=self._take_events, publish=self.publish
         )
@@ -168,6 +178,7 @@ class WornHeadset:
     def publish(self, state: SceneState) -> None:
         """Draw a new state, and let its objects be where it has them; returns at once."""
         self.drawing.publish(state)
+        self._carrying.publish(state)
         self.meshing.publish(state)
         if state.world_from_rig is not None:
             self.see_camera(state.world_from_rig)
@@ -243,10 +254,24 @@ class WornHeadset:
             if sample is not None:
                 self._sample = sample
                 self.body_delays.add((now_ns - sample.t_ns) / 1e6)
-            hub = self._hub()
-            if hub is not None and now_ns >= next_ns:
+            pose, hub = self.anchoring.device_from_world(), self._hub()
+            self._carrying.step(sample, device_from_world=pose, now_ns=now_ns)
+            if now_ns >= next_ns:
                 next_ns = now_ns + SHOW_EVERY_NS
                 with suppress(RuntimeError):  # its loop has just ended
-                    pose = self.anchoring.device_from_world()
-                    show_to(hub, self._newest(), device_from_world=pose, name=self.plan.name)
-                    self._hidden.show(hub)
+                    self._show(hub, pose, now_ns=now_ns)
+
+    def _show(self, hub: Hub | None, device_from_world: Pose | None, *, now_ns: int) -> None:
+        """Let others see the wearer, and surfaces hide what is behind them."""
+        if hub is not None and self._is_away(now_ns):
+            hub.meet([], way=WEARER)
+        elif hub is not None:
+            body, name = self._newest(), self.plan.name
+            show_to(hub, body, device_from_world=device_from_world, name=name)
+        those: dict[int, Hiding] = {id(each): each for each in (hub, self._elsewhere) if each}
+        self._hidden.show(*those.values())
+
+    def _is_away(self, now_ns: int) -> bool:
+        """Return whether nothing was heard of the headset for as long as a person may be away."""
+        sample = self._sample
+        return sample is None or now_ns - sample.arrived_ns >= AWAY_NS

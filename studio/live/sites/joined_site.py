@@ -8,12 +8,14 @@ from dataclasses import dataclass, replace
 from devices.clock import Clock
 from devices.clock_mapping import ClockMapping, add_arrival, estimate
 from devices.hub.elsewhere import Elsewhere
+from devices.hub.mesh import MAX_CELLS, Cell, unpack_cell
 from devices.hub.roles import Person
 from devices.hub.server import Hub
 from devices.sites.about import RoomAbout, read_about
 from devices.sites.channels import (
     BODIES,
     DRAWN,
+    HIDDEN,
     MAX_PEOPLE,
     MAX_PICTURES,
     PEOPLE,
@@ -22,11 +24,12 @@ from devices.sites.channels import (
     SiteBytesError,
 )
 from devices.sites.drawn import item_name, pack_item
+from devices.sites.hidden import read_cells
 from devices.sites.mirror import Mirror, as_lost
 from devices.sites.own_items import SURE_NS, OwnItems
 from devices.sites.people import pack_bodies, pack_people, read_bodies, read_people
 from devices.sites.pictures import read_picture
-from devices.transport.followed import News
+from devices.transport.followed import LogNews, News
 from devices.transport.follower import Follower
 from devices.transport.keys import room, site
 from devices.transport.source import LogFullError, Source
@@ -80,7 +83,7 @@ class JoinedSite:
         self._hub, self._clock, self._say = hub, clock, say
         self._source = Source(transport, site(session, name), logs=(DRAWN,), epoch=epoch)
         self._follower = Follower(
-            transport, room(session), limits=ROOM_LIMITS, logs=(DRAWN,), clock=clock
+            transport, room(session), limits=ROOM_LIMITS, logs=(DRAWN, HIDDEN), clock=clock
         )
         self._mirror, self._own = Mirror(), OwnItems(name, session)
         self._room_clock = ClockMapping()
@@ -92,6 +95,7 @@ class JoinedSite:
         self._bodies: dict[str, bytes] = {}
         self._pictures: dict[str, bytes] = {}
         self._surfaces: frozenset[str] = frozenset()
+        self._cells: set[Cell] = set()
         self._next_look_ns = 0
         self._refused = 0
         self._turns = Turns("site", self.turn, say=say)
@@ -158,6 +162,8 @@ class JoinedSite:
         if news.is_new:
             self._people, self._bodies, self._pictures = (), {}, {}
         is_news = self._mirror.take(news) or was_reached != self._is_reached
+        if HIDDEN in news.logs:
+            self._take_hidden(news.logs[HIDDEN])
         for channel, data in news.values.items():
             if data is None:
                 continue
@@ -178,6 +184,22 @@ class JoinedSite:
                 self._pictures[self._own.name_here(surface_id)] = jpeg
             return True
         return False
+
+    def _take_hidden(self, news: LogNews) -> None:
+        """Let the room's surfaces hide what is behind them here: cells that have changed."""
+        cells, refused = read_cells(news)
+        self._refused += refused
+        if news.is_whole:
+            cells = {cell: unpack_cell(cell, b"") for cell in self._cells - cells.keys()} | cells
+        for cell, mesh in list(cells.items()):
+            if not len(mesh.faces):
+                self._cells.discard(cell)
+            elif cell in self._cells or len(self._cells) < MAX_CELLS:
+                self._cells.add(cell)
+            else:
+                del cells[cell]
+        if cells:
+            self._hub.hide_behind(cells)
 
     def _others(self) -> list[Elsewhere]:
         return [

@@ -12,11 +12,13 @@ import numpy as np
 from devices.clock import Clock
 from devices.hub.contract import Arrived
 from devices.hub.elsewhere import Elsewhere
+from devices.hub.mesh import Cell, MeshChannel
 from devices.hub.roles import Person
 from devices.sites.about import RoomAbout
 from devices.sites.channels import (
     BODIES,
     DRAWN,
+    HIDDEN,
     MAX_PICTURES,
     OBJECTS,
     PEOPLE,
@@ -24,6 +26,7 @@ from devices.sites.channels import (
     SITE_LIMITS,
 )
 from devices.sites.drawn import item_name, pack_item
+from devices.sites.hidden import cell_name
 from devices.sites.objects import pack_objects
 from devices.sites.people import pack_bodies, pack_people
 from devices.sites.pictures import pack_picture
@@ -31,6 +34,7 @@ from devices.transport.follower import Follower
 from devices.transport.keys import ANY, Member, MemberRole, room
 from devices.transport.source import LogFullError, Source
 from devices.transport.transport import Transport
+from scenes.mesh import CollisionMesh
 from scenes.state import Annotation, LiveSurface, SceneState
 from studio.live.people.entering import People
 from studio.live.sites.site_people import SitePeople
@@ -84,7 +88,7 @@ class SharedRoom:
         self.name = name
         self._about, self._inner, self._hub = about, inner, hub
         self._clock, self._say = clock, say
-        self._source = Source(transport, room(name), logs=(DRAWN,), epoch=epoch)
+        self._source = Source(transport, room(name), logs=(DRAWN, HIDDEN), epoch=epoch)
         self._follower = Follower(
             transport,
             Member(name, MemberRole.SITE, ANY),
@@ -98,6 +102,9 @@ class SharedRoom:
         self._pictures: dict[str, bytes] = {}
         self._slots: dict[str, int] = {}
         self._everybody: tuple[Person, ...] | None = None
+        self._mesh = MeshChannel()
+        self._told_cells = 0
+        self._is_mesh_cut = False
         self._turns = Turns("sites", self.turn, say=say)
 
     def start(self) -> None:
@@ -122,6 +129,11 @@ class SharedRoom:
             self._pictures[surface_id] = jpeg
         if self._inner is not None:
             self._inner.show(surface_id, jpeg)
+
+    def hide_behind(self, cells: Mapping[Cell, CollisionMesh]) -> None:
+        """Let surfaces hide what is behind them at the sites: cells that changed, world metres."""
+        with self._lock:
+            self._mesh.take(cells)
 
     def take(self) -> Arrived:
         """Return what people have sent since the last call, here and at the sites."""
@@ -151,6 +163,7 @@ class SharedRoom:
         self._tell_changes(self._told.surfaces, state.surfaces)
         self._told = state
         self._tell_pictures(state)
+        self._tell_mesh()
         hub = self._hub()
         with self._lock:
             for news in self._follower.take():
@@ -190,6 +203,22 @@ class SharedRoom:
             self._source.append(DRAWN, item_name(item), data=pack_item(item))
         except LogFullError as error:
             self._say(f"sites: {item_name(item)} is not shared: {error}")
+
+    def _tell_mesh(self) -> None:
+        """Send cells that have changed, as many at a time as a page gets: bodies wait no longer."""
+        with self._lock:
+            found = self._mesh.cells_after(self._told_cells)
+            gone = {} if found is None else {cell: not self._mesh.has(cell) for cell in found[1]}
+        if found is None:
+            return
+        self._told_cells, cells = found
+        for cell, data in cells.items():
+            try:
+                self._source.append(HIDDEN, cell_name(cell), data=b"" if gone[cell] else data)
+            except LogFullError as error:
+                if not self._is_mesh_cut:
+                    self._say(f"sites: of the headset's surfaces, some are not shared: {error}")
+                self._is_mesh_cut = True
 
     def _tell_pictures(self, state: SceneState) -> None:
         with self._lock:

@@ -1,5 +1,6 @@
 // Surfaces that the local user's headset sees and the scan has not: they are not drawn, but people, rays,
-// lines and shapes are hidden behind them, and pointing ends on them. Metres, Y up.
+// lines, shapes and rings of light are hidden behind them, and pointing ends on them (copies of objects:
+// things/behind.js). Metres, Y up.
 import * as THREE from "three";
 
 const HEADER_BYTES = 4; // as `devices/hub/mesh.py` has a message
@@ -9,6 +10,8 @@ const MAX_CELLS = 10000;
 const MAX_ROOM_M = 104; // the farthest corner that a cell within a room's range may have
 const FIRST = -1000; // before all that can be hidden
 const LAST = 1000; // after it, before the splats
+const AGAIN = 10; // after the splats, before what is drawn over them and can be hidden
+export const HIDDEN_LAST = AGAIN + 1; // such as rings of light
 const FAR = 0.9999999; // as deep in the picture as nothing is
 
 /** The cells of a message, as [key, { corners, triangles }]; null if it is not whole. */
@@ -44,16 +47,19 @@ export class HiddenMesh {
     Object.assign(this, { upright, changed });
     this.cells = new Map();
     this.isOld = false;
+    this.version = 0; // counts changes of what is drawn
     this.damaged = 0; // messages that could not be read
     this.geometry = new THREE.BufferGeometry();
     // Its depth is in the picture while all that can be hidden is drawn, and taken out again before the
-    // splats where nothing is before it: there is no hole in the room behind it.
+    // splats where nothing is before it: there is no hole in the room behind it. After the splats it is
+    // there again, for what lets the room shine through.
     const unseen = { colorWrite: false, side: THREE.DoubleSide };
     const marked = { ...unseen, depthWrite: false, depthFunc: THREE.EqualDepth, stencilWrite: true,
       stencilRef: 1, stencilZPass: THREE.ReplaceStencilOp };
     const freed = { ...unseen, depthFunc: THREE.AlwaysDepth, stencilWrite: true, stencilRef: 1,
       stencilFunc: THREE.EqualStencilFunc, stencilZPass: THREE.ZeroStencilOp };
-    this.parts = [[unseen, FIRST], [marked, LAST], [freed, LAST + 1]].map(([settings, order]) => {
+    const again = { ...unseen, transparent: true };
+    this.parts = [[unseen, FIRST], [marked, LAST], [freed, LAST + 1], [again, AGAIN]].map(([settings, order]) => {
       const part = new THREE.Mesh(this.geometry, new THREE.MeshBasicMaterial(settings));
       part.renderOrder = order;
       part.frustumCulled = part.visible = false;
@@ -97,6 +103,7 @@ export class HiddenMesh {
   step() {
     if (!this.isOld) return false;
     this.isOld = false;
+    this.version += 1;
     const all = [...this.cells.values()];
     const corners = new Float32Array(all.reduce((sum, cell) => sum + cell.corners.length, 0));
     const index = new Uint32Array(all.reduce((sum, cell) => sum + cell.triangles.length, 0));

@@ -29,6 +29,12 @@ export class LiveRoom extends Stage {
     this.upright.updateMatrixWorld();
     this.scene.add(this.upright);
     this.hidden = new HiddenMesh(this.upright, changed);
+    this.beforeRender = () => {};
+  }
+
+  render() {
+    this.beforeRender();
+    super.render();
   }
 
   /** Loads what the room is recognised by: a thinned room, and the objects. */

@@ -9,6 +9,7 @@ import { Detail } from "shared/detail.js";
 import { Sharpness } from "shared/sharpness.js";
 import { Asked } from "live/asked.js";
 import { Board } from "live/board.js";
+import { Device } from "live/device.js";
 import { Headset } from "live/headset.js";
 import { LiveRoom } from "live/live_room.js";
 import { Attention } from "live/things/attention.js";
@@ -64,6 +65,7 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
   room.upright.add(self.group);
   const headset = new Headset(room, board, self, { tools, ended: leftHeadset, shown: { proposals, surfaces },
     grab: new Grab(room, things, picker, { tools, handing }), palette: new Palette(room.upright, tools) });
+  const device = new Device(link, headset);
   const labels = new Labels(byId("labels"));
   const panel = new Panel(manifest.objects, {
     look: (id) => control.lookAt(room.objects.get(id).group.getWorldPosition(new THREE.Vector3())),
@@ -304,6 +306,7 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
   // Draws only what changed: a page that rests costs nothing.
   function frame(_time, xrFrame) {
     const now = performance.now();
+    device.step(now);
     const eye = room.camera.getWorldPosition(new THREE.Vector3());
     if (room.step(now)) changed();
     proposals.step();
@@ -356,7 +359,7 @@ export async function openRoom(link, manifest, files, { progress, notice }) {
   // For whoever drives this page: the browser's console, and the program's tests.
   window.live = {
     room, people, board, surfaces, tools, headset, control, link, media, setMode, detail, things,
-    bodies, proposals, attention, handing,
+    bodies, proposals, attention, handing, device,
     drawn: () => drawn,
     isWhole: () => isLoaded,
     sharpness: () => sharpness.shown,

@@ -35,14 +35,14 @@ def test_who_takes_no_log_is_dropped_and_others_get_all_of_it(house):
             for number in range(78):
                 await anna.send(kind="do", id=number, op="line", line="a", points=LONG)
                 await anna.next("done")
-            outbox = house.hub._session._attendance.find("p2").outbox
+            outbox = house.hub._session.attendance.find("p2").outbox
             if outbox is not None:
                 assert outbox._text_bytes <= MAX_TEXT_BYTES
             logs = [it["seq"] for it in anna.texts if it["kind"] == "log"]
             assert logs == list(range(1, 79))
 
     asyncio.run(talk())
-    guest = house.hub._session._attendance.find("p2")
+    guest = house.hub._session.attendance.find("p2")
     assert guest.outbox is None or guest.outbox.is_overfull or guest.outbox._text_bytes < 2**20
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from devices.hub import mesh as module
 from devices.hub.channels import BodyChannel, StateChannel
-from devices.hub.mesh import MeshChannel, MeshError, pack_cell
+from devices.hub.mesh import MeshChannel, MeshError, pack_cell, unpack_cell
 from devices.hub.outbox import Outbox, Sent
 from scenes.frames import WORLD_FROM_GLTF
 from scenes.mesh import CollisionMesh
@@ -106,3 +106,33 @@ def test_they_wait_for_all_but_pictures():
     assert state.startswith('{"kind":"state"')
     assert set(unpacked(cells)) == {(0, 0, 0)}
     assert nothing is None
+
+
+def test_a_cell_is_unpacked_as_it_was_and_packs_to_the_same_bytes():
+    mesh = square(90.0, side=0.2, times=3)
+    data = pack_cell((1, -2, 3), mesh)
+    again = unpack_cell((1, -2, 3), data)
+    np.testing.assert_allclose(again.vertices, mesh.vertices, atol=1e-4)
+    assert np.array_equal(again.faces, mesh.faces)
+    assert pack_cell((1, -2, 3), again) == data
+    assert not len(unpack_cell((0, 0, 0), b"").faces)
+
+
+def test_bytes_that_are_no_cell_are_refused():
+    data = pack_cell((1, 2, 3), square())
+    for length in range(1, len(data)):
+        with pytest.raises(MeshError):
+            unpack_cell((1, 2, 3), data[:length])
+    with pytest.raises(MeshError, match="wanted"):
+        unpack_cell((1, 2, 3), data + b"\0")
+    with pytest.raises(MeshError, match=r"in cell \(1, 2, 3\)"):
+        unpack_cell((1, 2, 4), data)
+    far, wrong, lost = bytearray(data), bytearray(data), bytearray(data)
+    far[10:14] = np.float32(1e9).tobytes()
+    lost[10:14] = np.float32(np.nan).tobytes()
+    wrong[-2:] = (77).to_bytes(2, "little")
+    for bad in (far, lost):
+        with pytest.raises(MeshError, match="farther"):
+            unpack_cell((1, 2, 3), bytes(bad))
+    with pytest.raises(MeshError, match="index"):
+        unpack_cell((1, 2, 3), bytes(wrong))

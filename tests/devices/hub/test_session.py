@@ -58,6 +58,8 @@ def test_the_welcome_says_everything(room, state_at):
             "muted": False,
             "pen": True,
             "microphone": False,
+            "takes": True,
+            "yields": False,
         }
     ]
     assert welcome["state"]["objects"]["cup"][0] == 1
@@ -245,7 +247,7 @@ def test_people_who_left_disappear_from_the_list(room):
     kinds_of = [kind for kind, _text in room.session.take().events]
     assert kinds_of == ["paired", "joined", "paired", "joined", "away", "left"]
     room.session.tick(TOKEN_NS)
-    assert room.session._attendance.find("p1") is None
+    assert room.session.attendance.find("p1") is None
 
 
 def test_the_room_is_full(make_room):

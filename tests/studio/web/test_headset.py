@@ -5,7 +5,9 @@ import time
 import numpy as np
 import pytest
 
+from devices.hub.messages import Immersion
 from devices.hub.wire import decode_body, unpack_bodies
+from scenes.mesh import CollisionMesh
 from scenes.pose import Pose
 from scenes.state import SceneState, TrackedObject, TrackState, reduce_state
 
@@ -230,6 +232,13 @@ def test_a_copy_of_an_object_slides_where_the_hand_points_and_turns_by_the_stick
     inside.evaluate(f"{right}.updateButtonValue('squeeze', 0)")
     inside.wait_for("live.things.held === null")
     assert inside.evaluate("live.proposals.copies.size") == 1
+    # A headset's surfaces hide copies for whoever is in VR, too, whose pictures go on.
+    corners = np.array([[-0.6, 0.0, 0.2], [0.6, 0.0, 0.2], [0.6, 0.0, 1.4], [-0.6, 0.0, 1.4]])
+    hub.hide_behind({(0, 0, 0): CollisionMesh(corners, np.array([[0, 1, 2], [0, 2, 3]]))})
+    inside.wait_for("live.proposals.behind.depths.value.z === 1")
+    drawn = inside.evaluate("live.drawn()")
+    inside.wait_for(f"live.drawn() > {drawn} + 2 && live.room.renderer.xr.isPresenting")
+    assert inside.evaluate("live.room.renderer.xr.enabled")
     assert inside.messages == []
 
 
@@ -276,3 +285,42 @@ def test_leaving_vr_leads_back_to_the_page(inside):
     drawn = inside.evaluate("live.drawn()")
     inside.evaluate("live.control.go('corner')")
     inside.wait_for(f"live.drawn() > {drawn}")
+
+
+def test_the_page_says_how_the_headset_is_doing(inside, hub):
+    def newest(wanted, seconds=20.0):
+        deadline = time.monotonic() + seconds
+        while not (found := [each for each in hub.headsets() if wanted(each)]):
+            assert time.monotonic() < deadline, hub.headsets()
+            time.sleep(0.05)
+        return found[0]
+
+    found = newest(lambda each: each.said.rate_hz is not None)
+    assert found.person.name == "Ada"
+    assert (found.said.immersion, found.said.is_worn) == (Immersion.VR, True)
+    assert found.said.rate_hz > 0
+    assert found.body_age_s < 2.0
+    inside.evaluate("live.device.battery = { level: 0.42, charging: true }")
+    found = newest(lambda each: each.said.battery_percent == 42.0)
+    assert found.said.is_charging
+    # Without a battery that the browser knows, none is made up.
+    inside.evaluate("live.device.battery = null")
+    assert not newest(lambda each: each.said.battery_percent is None).said.is_charging
+    inside.evaluate("headset.updateVisibilityState('hidden')")
+    assert newest(lambda each: not each.said.is_worn).said.immersion is Immersion.VR
+    inside.evaluate("headset.updateVisibilityState('visible')")
+    newest(lambda each: each.said.is_worn)
+    inside.evaluate("live.headset.leave()")
+    assert not newest(lambda each: each.said.immersion is Immersion.NONE).said.is_worn
+    assert inside.messages == []
+
+
+def test_a_browser_without_a_headset_says_nothing(page, hub):
+    page.visit(hub.invite().url, width=320, height=240)
+    page.wait_for("document.documentElement?.dataset.state === 'join'")
+    page.evaluate("document.getElementById('name').value = 'Ada'")
+    page.evaluate("document.getElementById('join-button').click()")
+    page.wait_for(READY)
+    page.wait_for("performance.now() - live.device.saidAt > 2500")
+    assert hub.headsets() == ()
+    assert page.messages == []

@@ -1,7 +1,9 @@
 """Surfaces that a headset alone sees, on the page: they hide what is behind, and rays end there."""
 
 import base64
+import os
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,13 +11,16 @@ import pytest
 from devices.hub.mesh import MeshChannel
 from scenes.mesh import CollisionMesh
 
+PICTURES = os.environ.get("NEXUS_TEST_PICTURES")
+"""Folder for pictures of the page, to be looked at."""
+
 READY = "document.documentElement?.dataset.state === 'ready'"
 NOTHING = CollisionMesh(np.zeros((0, 3)), np.zeros((0, 3)))
 
 
-def board(y, *, half=0.6):
+def board(y, *, low=-0.6, high=0.6):
     """An upright square across the room, from 0.2 to 1.4 m, in cells as a hub takes it."""
-    corners = np.array([[-half, y, 0.2], [half, y, 0.2], [half, y, 1.4], [-half, y, 1.4]])
+    corners = np.array([[low, y, 0.2], [high, y, 0.2], [high, y, 1.4], [low, y, 1.4]])
     return {(0, 0, 0): CollisionMesh(corners, np.array([[0, 1, 2], [0, 2, 3]]))}
 
 
@@ -71,7 +76,7 @@ def test_it_hides_what_is_behind_it_and_nothing_of_the_room(joined, hub):
     seen, ball = seen_of(page)
     assert seen > 0.5
     # Without any, nothing is drawn for it.
-    assert page.evaluate("live.room.hidden.parts.map((part) => part.visible)") == [False] * 3
+    assert page.evaluate("live.room.hidden.parts.map((part) => part.visible)") == [False] * 4
     # The wall behind: splats of the room, with the ball taken away.
     page.evaluate("live.bodies.show('ball', null)")
     deadline = time.monotonic() + 20.0
@@ -137,4 +142,112 @@ def test_a_damaged_message_changes_nothing(joined):
             f"live.room.hidden.take(Uint8Array.from(atob('{text}'), (c) => c.charCodeAt(0)).buffer)"
         )
     assert page.evaluate("[live.room.hidden.damaged, live.room.hidden.cells.size]") == [5, 0]
+    assert page.messages == []
+
+
+def share_of(page, colour, before="", *, above=1.0):
+    """Percent of the picture's upper part whose red, green and blue are so, drawn this moment.
+
+    Args:
+        page: the page.
+        colour: a condition on r, g and b.
+        before: done just before it is drawn, so that no other picture comes between.
+        above: share of the height that counts, from the top.
+    """
+    return page.evaluate(
+        f"(() => {{ {before}; live.room.render(); const {{ canvas }} = live.tools;"
+        "const { width, height } = canvas;"
+        "const copy = new OffscreenCanvas(width, height).getContext('2d');"
+        f"copy.drawImage(canvas, 0, 0); const rows = Math.round({above} * height);"
+        "const { data } = copy.getImageData(0, 0, width, rows); let found = 0;"
+        "for (let i = 0; i < data.length; i += 4) {"
+        f" const [r, g, b] = data.subarray(i, i + 3); if ({colour}) found += 100; }}"
+        "return found / (width * rows); })()"
+    )
+
+
+def save_room(page, name):
+    """Write the room's picture, without what is written over it."""
+    url = page.evaluate("(live.room.render(), live.tools.canvas.toDataURL())")
+    (Path(PICTURES) / name).write_bytes(base64.b64decode(url.partition(",")[2]))
+
+
+def settled(page, wanted, measure):
+    """Measure until it is as wanted: splats are worked out a moment after something has changed."""
+    deadline = time.monotonic() + 20.0
+    while not wanted(share := measure()):
+        assert time.monotonic() < deadline, share
+        time.sleep(0.1)
+    return share
+
+
+def copy_seen(page):
+    """Percent of the picture's upper half, where the wall is, in the colour of the box's copy."""
+    return share_of(page, "r > 90 && r > 1.25 * b", above=0.5)
+
+
+def put_copy(page):
+    page.evaluate("live.bodies.show('ball', null)")
+    settled(page, lambda share: share < 0.05, lambda: copy_seen(page))
+    page.evaluate(
+        "live.proposals.show('p', { by: 'p9', name: 'Grace', object: 'box-1',"
+        " pose: [0, 0.85, -0.9, 0, 0, 0, 1] })"
+    )
+    return settled(page, lambda share: share > 0.5, lambda: copy_seen(page))
+
+
+def test_a_copy_of_an_object_is_hidden_behind_it_and_seen_before_it(joined, hub):
+    page = joined
+    seen = put_copy(page)
+    if PICTURES:
+        save_room(page, "copy-seen.png")
+    hub.hide_behind(board(0.3))
+    page.wait_for("live.room.hidden.cells.size === 1 && live.room.hidden.parts[0].visible")
+    settled(page, lambda share: share < 0.05 * seen, lambda: copy_seen(page))
+    if PICTURES:
+        save_room(page, "copy-hidden.png")
+    # Half of it is seen beside a smaller board.
+    hub.hide_behind({(0, 0, 0): board(0.3, low=-0.6, high=0.0)[0, 0, 0]})
+    half = settled(page, lambda share: 0.25 * seen < share < 0.75 * seen, lambda: copy_seen(page))
+    assert half > 0
+    # What stands before the surface is seen, and all of it once there is none.
+    hub.hide_behind({(0, 0, 0): board(1.3)[0, 0, 0]})
+    settled(page, lambda share: share > 0.9 * seen, lambda: copy_seen(page))
+    hub.hide_behind(board(0.3))
+    settled(page, lambda share: share < 0.05 * seen, lambda: copy_seen(page))
+    # From behind the board it is before it.
+    page.evaluate("live.control.camera.position.set(0, 0.35, 0.8)")
+    settled(page, lambda share: share > seen, lambda: copy_seen(page))
+    page.evaluate("live.control.camera.position.set(0, -1.4, 0.8)")
+    settled(page, lambda share: share < 0.05 * seen, lambda: copy_seen(page))
+    hub.hide_behind({(0, 0, 0): NOTHING})
+    settled(page, lambda share: share > 0.9 * seen, lambda: copy_seen(page))
+    assert page.messages == []
+
+
+POINTING = (
+    "live.attention.step({ byId: new Map([['p9', { person: { index: 2 },"
+    " figure: { group: { visible: true } }, shown: { ray: [0, 1.4, 1, 0.3, 0.2, -0.2] } }]]) },"
+    " 'me')"
+)
+"""Somebody points at the box, for one picture: the next one has those who are here."""
+
+
+def test_a_ring_of_light_is_hidden_behind_it_and_seen_before_it(joined, hub):
+    page = joined
+    page.evaluate("live.bodies.show('ball', null)")
+    page.wait_for("live.room.objects.get('box-1').placed")
+
+    def ring(before=POINTING):
+        return share_of(page, "g > 90 && g > 1.5 * r", before)
+
+    assert ring("") < 0.01
+    seen = ring()
+    assert seen > 0.1
+    hub.hide_behind(board(-0.7))
+    page.wait_for("live.room.hidden.cells.size === 1 && live.room.hidden.parts[0].visible")
+    assert ring() < 0.02 * seen
+    hub.hide_behind({(0, 0, 0): board(1.3)[0, 0, 0]})
+    page.wait_for("live.room.hidden.version > 1 && !live.room.hidden.isOld")
+    assert ring() > 0.9 * seen
     assert page.messages == []

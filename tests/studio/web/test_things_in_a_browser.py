@@ -2,13 +2,18 @@
 
 import os
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
 
-from devices.hub.roles import Role
+from devices.hub.elsewhere import Elsewhere
+from devices.hub.entities.board import HOLD_NS
+from devices.hub.entities.drawn import drawn_entity
+from devices.hub.messages import Do
+from devices.hub.roles import Op, Person, Role
 from scenes.pose import Pose
 from scenes.state import (
     LiveSurface,
@@ -396,3 +401,44 @@ def test_what_somebody_has_left_is_taken_by_a_click(inside, echo, hub, invite_gu
     echo.until(
         lambda state: only(state.primitives).world_from_primitive.translation[0] > 0.1 or None
     )
+
+
+def test_a_headsets_wearer_is_given_a_shape_and_whoever_clicks_it_gets_it_back(inside, echo, hub):
+    wearer = Person("hololens", 0, "Ana", Role.LOCAL, is_yielding=True)
+    north = Person("north.p1", 0, "Nils", Role.REMOTE, is_taker=False)
+    hub.meet([Elsewhere(wearer, b"")], way="hololens")
+    hub.meet([Elsewhere(north, b"")])
+    choose(inside, "shape")
+    at = seen_at(inside, -0.8, 0, 0.5)
+    drag(inside, at, at)
+    body = echo.until(lambda state: only(state.primitives))
+    key = body.primitive_id
+    # Nobody of another site can be given one.
+    inside.wait_for("document.getElementById('thing-give').textContent === 'Give to Ana'")
+    inside.evaluate("document.getElementById('thing-give').click()")
+    echo.until(taken_by("hololens"))
+    inside.wait_for(f"live.handing.shown().join() === '{key},Ana has it'")
+    if PICTURES:
+        time.sleep(0.5)
+        Image.fromarray(inside.picture()).save(Path(PICTURES) / "given-to-the-wearer.png")
+
+    # The wearer's hand moves it, and has it still.
+    pose = Pose.from_yaw(0.0, (-0.8, -0.5, 0.0))
+    moved = drawn_entity(replace(body, world_from_primitive=pose))
+    hub.act("hololens", Do(1, Op.PRIMITIVE, moved))
+    inside.evaluate(f"live.link.do('give', {{primitive: '{key}', to: live.you()}})")
+    inside.wait_for("/Ana is moving it/.test(document.getElementById('notice').textContent)")
+    time.sleep(HOLD_NS / 1e9)
+    choose(inside, "carry")
+    at = seen_at(inside, -0.8, 0.15, 0.64)
+    drag(inside, at, at)
+    echo.until(taken_by("p1"))
+    inside.wait_for("/yours now/.test(document.getElementById('notice').textContent)")
+
+    # Given to the page by the wearer's hand, it is said so.
+    inside.evaluate(f"live.things.give('{key}', 'hololens')")
+    echo.until(taken_by("hololens"))
+    hub.act("hololens", Do(2, Op.GIVE, moved, to="p1"))
+    echo.until(taken_by("p1"))
+    inside.wait_for("/Ana gave you/.test(document.getElementById('notice').textContent)")
+    assert inside.messages == []

@@ -17,6 +17,7 @@ from tracking.options import TrackerOptions
 
 if TYPE_CHECKING:  # what a session needs takes a second to import: not before the window is shown
     from devices.clock import Clock
+    from devices.hub.attendance import PageHeadset
     from devices.hub.server import Hub
     from scenes.package import ScenePackage
     from scenes.state import LiveSurface
@@ -201,6 +202,10 @@ class LiveJob(SceneJob):
             self.check()
             self._finish(live.run(self._see))
 
+    def headsets(self) -> tuple[PageHeadset, ...]:
+        """Return headsets of people who have joined by the page."""
+        return () if self.hub is None else self.hub.headsets()
+
     def _session(self, scene: ScenePackage, stack: ExitStack) -> LiveSession:
         """Make the session, and let people join it until the stack is left."""
         from devices.clock import WallClock
@@ -337,6 +342,7 @@ class LiveJob(SceneJob):
                 live,
                 recordings=self.plan.out,
                 simulated=(lambda: self.drawing) if self.plan.is_simulated else None,
+                headsets=self.headsets(),
             )
             self.checks = checks = run_checks(probes)
             self.found.put(checks)

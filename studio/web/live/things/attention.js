@@ -1,6 +1,7 @@
 // Light rings around objects that somebody points at, in their colour: what `studio/view/attention.py` says.
 import * as THREE from "three";
 import { COLOURS } from "shared/colours.js";
+import { HIDDEN_LAST } from "live/hidden.js";
 
 const SLACK_M = 0.05; // how far beside an object's sphere a ray may pass
 const WIDTH_M = 0.03;
@@ -68,6 +69,7 @@ export class Attention {
       new THREE.MeshBasicMaterial({ color: colour, transparent: true, opacity: OPACITY,
         side: THREE.DoubleSide }));
     ring.position.z = OVER_M;
+    ring.renderOrder = HIDDEN_LAST;
     group.add(ring);
     this.rings.set(id, { ring, object, place });
     return true;

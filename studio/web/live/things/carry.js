@@ -44,7 +44,7 @@ export class Carry {
       return false;
     }
     if (!this.things.isOwn(found.kind, found.key)) {
-      if (this.handing.takeLeft(found)) return false;
+      if (this.handing.takeFree(found)) return false;
       const { name, by } = this.things.get(found.kind, found.key);
       const who = name ?? this.handing.nameOf(by);
       const ask = found.kind === "primitive" ? " Ask them to give it to you." : "";

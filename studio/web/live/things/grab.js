@@ -26,7 +26,7 @@ export class Grab {
     const own = this.#own(tip, points ? aim : null);
     if (own !== null) return this.#hold(side, own, pose);
     const near = this.picker.near(tip, REACH_M);
-    if (near !== null && this.handing.takeLeft(near)) return true; // carried by the next grip
+    if (near !== null && this.handing.takeFree(near)) return true; // carried by the next grip
     const { tool } = this.tools;
     if (tool === "shape" && this.things.can("primitive")) return this.#putShape(side, tip);
     if (tool === "propose" && this.things.can("proposal")) return this.#copyObject(side, tip, aim);

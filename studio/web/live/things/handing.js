@@ -6,7 +6,6 @@ import { Sign } from "live/people.js";
 const SHOWN_MS = 4000; // so long a name stands over what has passed: read twice
 const OVER_M = 0.12; // above the shape
 const REACH_M = 0.08; // from somebody's hand to what they are given, as for taking it
-const FIRST_ELSEWHERE = 0x8000; // numbers of people from which on they have no hands here
 const byId = (id) => document.getElementById(id);
 
 export class Handing {
@@ -16,6 +15,7 @@ export class Handing {
     this.list = [];
     this.you = "";
     this.selected = null; // name of the shape that the button gives
+    this.asked = null; // name of the shape that was asked for last
     this.signs = new Map(); // by name of a shape: { sign, until }
     things.passed = (key, from, to) => this.#passed(key, from, to);
     this.choice = /** @type {HTMLSelectElement} */ (byId("thing-taker"));
@@ -48,15 +48,15 @@ export class Handing {
 
   /** People who can be given something. */
   takers() {
-    return this.list.filter(({ id, role, index }) =>
-      id !== this.you && role !== "spectator" && index < FIRST_ELSEWHERE);
+    return this.list.filter(({ id, takes }) => id !== this.you && takes);
   }
 
-  /** Asks for a shape of somebody who has left; whether it is one. */
-  takeLeft({ kind, key }) {
+  /** Asks for a shape of somebody who has left, or has no page to hand it over; whether it is one. */
+  takeFree({ kind, key }) {
     const by = this.things.get(kind, key)?.by;
     if (kind !== "primitive" || !this.things.rights.includes("give")) return false;
-    if (this.list.some(({ id }) => id === by)) return false;
+    if (this.list.some(({ id, yields }) => id === by && !yields)) return false;
+    this.asked = key;
     this.things.give(key, this.you);
     return true;
   }
@@ -97,8 +97,9 @@ export class Handing {
     sign.sprite.visible = true;
     this.room.upright.add(sign.sprite);
     this.signs.set(key, { sign, words, until: performance.now() + SHOWN_MS });
-    const isHere = this.list.some(({ id }) => id === from);
-    if (isMine) this.notice(isHere ? `${this.nameOf(from)} gave you a shape.` : "The shape is yours now.");
+    const isGiven = this.asked !== key && this.list.some(({ id }) => id === from);
+    if (isMine) this.notice(isGiven ? `${this.nameOf(from)} gave you a shape.` : "The shape is yours now.");
+    if (this.asked === key) this.asked = null;
     if (from === this.you) this.notice(`${this.nameOf(to)} has the shape now.`);
     this.changed();
   }

@@ -3,6 +3,7 @@
 import * as THREE from "three";
 import { dyno, SplatMesh } from "@sparkjsdev/spark";
 import { Line } from "shared/shapes.js";
+import { Behind } from "live/things/behind.js";
 import { boxPath, standsThere } from "live/things/poses.js";
 
 const OPACITY = 0.5;
@@ -21,6 +22,8 @@ export class Proposals {
     this.changed = changed;
     this.copies = new Map();
     this.isOutlined = false;
+    this.behind = new Behind(room);
+    room.beforeRender = () => this.#hide();
   }
 
   /** Shows the edges of a box in place of a copy's splats, and of its footprint. */
@@ -85,6 +88,7 @@ export class Proposals {
     const tint = dyno.dynoVec3(new THREE.Vector3());
     const share = dyno.dynoFloat(TINT);
     splats.objectModifier = tinted(tint, share);
+    splats.worldModifier = this.behind.modifier();
     splats.updateGenerator();
     const [x, y, z] = item.box_m ?? [item.radius_m, item.radius_m, 2 * item.middle_m];
     const solid = new THREE.Mesh(new THREE.BoxGeometry(x, z, y).translate(0, z / 2, 0));
@@ -98,6 +102,12 @@ export class Proposals {
       fields: null, isMet: null };
     this.copies.set(key, copy);
     return copy;
+  }
+
+  /** Hides what of copies is behind a headset's surfaces, as they are seen now. */
+  #hide() {
+    if (!this.behind.step(this.copies.size > 0)) return;
+    for (const { splats } of this.copies.values()) splats.updateVersion();
   }
 
   /** Colours a copy; whether that has changed. */

@@ -348,3 +348,32 @@ def test_a_shape_is_given_to_nobody_who_cannot_have_it(board):
     with pytest.raises(OpError, match=f"Ben has {MAX_PRIMITIVES_EACH}"):
         board.give("p1", gift("a", "p2"), here=HERE)
     assert owner(board) == "p1"
+
+
+def test_whoever_has_no_page_yields_a_shape_unless_they_move_it(board):
+    here = {**HERE, "hololens": Person("hololens", 9, "Ana", Role.LOCAL, is_yielding=True)}
+    board.do("p1", body("a"), now_ns=0, name="Ann")
+    board.give("p1", gift("a", "hololens"), here=here)
+    assert owner(board) == "hololens"
+    with pytest.raises(OpError, match="Ana has it"):
+        board.give("p2", gift("p1/a", "p3"), here=here)
+    now_ns = 10 * HOLD_NS
+    board.do("hololens", body("p1/a", 5.0), now_ns=now_ns, name="Ana")
+    take = gift("p1/a", "p2")
+    with pytest.raises(OpError, match="Ana is moving it; wait until they let go"):
+        board.give("p2", take, here=here, now_ns=now_ns + HOLD_NS - 1)
+    board.give("p2", take, here=here, now_ns=now_ns + HOLD_NS)
+    assert (owner(board), places(board, "primitives")["p1/a"]) == ("p2", 5)
+    # The next owner's time begins anew: it can be handed on at once.
+    board.do("p2", body("p1/a", 6.0), now_ns=now_ns + HOLD_NS, name="Ben")
+    board.give("p2", gift("p1/a", "hololens"), here=here, now_ns=now_ns + HOLD_NS)
+    board.give("p3", gift("p1/a", "p3"), here=here, now_ns=now_ns + HOLD_NS)
+    assert owner(board) == "p3"
+
+
+def test_somebody_of_another_site_is_given_nothing(board):
+    here = {**HERE, "north.p1": Person("north.p1", 9, "Nils", Role.REMOTE, is_taker=False)}
+    board.do("p1", body("a"), now_ns=0, name="Ann")
+    with pytest.raises(OpError, match="Nils is at another site"):
+        board.give("p1", gift("a", "north.p1"), here=here)
+    assert owner(board) == "p1"

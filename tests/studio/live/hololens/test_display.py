@@ -1,6 +1,7 @@
 """A session's state as items on a headset's display."""
 
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -129,3 +130,18 @@ def test_what_hardly_moves_stays_the_very_same():
     assert not any(steadied(before, moved)[name] is before[name] for name in before)
     label = {"a": Label("x", Pose.identity())}
     assert steadied(label, {"a": Label("y", Pose.identity())})["a"].text == "y"
+
+
+def test_words_over_a_shape_say_whose_it_is_even_where_it_lies_on_its_side():
+    lying = Pose(np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]]), np.array([1.0, 0, 0.5]))
+    one = SharedPrimitive("p1/a", "p1", "box", (0.2, 0.6, 0.3), (1, 0, 0), lying)
+    state = SceneState(primitives={"p1/a": one})
+    assert "primitive:p1/a:words" not in items(state, [QUEST])
+    passed = replace(seen(), passed=frozenset({"p1/a"}))
+    label = items_of(state, [QUEST], seen=passed)["primitive:p1/a:words"]
+    assert label.text == "Bea has it"
+    # Its depth of 0.6 m is what stands up: 0.3 m above its middle.
+    place = DEVICE_FROM_WORLD.inverse() @ label.world_from_item.translation
+    assert place[2] == pytest.approx(0.5 + 0.3 + 0.08)
+    own = SceneState(primitives={"p1/a": replace(one, user_id="hololens")})
+    assert items(own)["primitive:p1/a:words"].text == "yours"

@@ -3,6 +3,7 @@
 import numpy as np
 
 from devices.hub.contract import Arrived
+from devices.hub.roles import can_have_shapes
 from devices.hub.wire import decode_body
 from scenes.pose import Pose
 from scenes.state import Avatar, SceneState
@@ -74,3 +75,11 @@ def test_a_hub_shows_the_wearer_once_it_is_known_where_they_are(sample_of):
     assert np.isfinite(decode_body(shown.body).ray).all()
     assert wearer_now(None, Pose.identity(), name="") is None
     assert wearer_now(one, Pose.identity(), name="Ana").name == "Ana"
+
+
+def test_a_wearer_can_be_given_shapes_and_yields_them(sample_of):
+    hub = Hub()
+    show_to(hub, sample_of(), device_from_world=Pose.identity(), name="Ana")
+    (shown,), _ = hub.met
+    assert can_have_shapes(shown.person)
+    assert shown.person.is_yielding

@@ -129,3 +129,14 @@ def test_a_hub_gets_what_changes_and_another_one_all_of_it():
     hidden.change({(2, 0, 0): PLATE})
     hidden.show(second)
     assert second.taken == [{(0, 0, 0): 1, (2, 0, 0): 1}]
+
+
+def test_a_hub_and_a_room_of_sites_each_get_what_changes():
+    hidden, hub, room = HiddenSurfaces(), Hub(), Hub()
+    hidden.change({(0, 0, 0): PLATE})
+    hidden.show(hub)
+    hidden.show(hub, room)
+    hidden.change({(1, 0, 0): PLATE})
+    hidden.show(hub, room)
+    hidden.show(hub, room)
+    assert hub.taken == room.taken == [{(0, 0, 0): 1}, {(1, 0, 0): 1}]

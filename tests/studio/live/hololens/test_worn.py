@@ -1,6 +1,7 @@
 """A headset in a session from beginning to end, without the headset."""
 
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ import pytest
 from devices.clock import WallClock
 from devices.hololens.plan import HeadsetPlan
 from devices.hololens.values import SpatialSurface, StreamName, StreamState, StreamStatus
+from devices.hub.attendance import AWAY_NS
 from scenes.pose import Pose
 from scenes.state import SceneState
 from studio.live.hololens import address
@@ -160,3 +162,37 @@ def test_a_mesh_is_kept_with_the_room(worn, headset, scanned_package, tmp_path):
     assert len(again.collision.faces) > len(scanned_package.collision.faces)
     assert again.stages[-1].name == "headset mesh"
     assert worn.save_mesh(tmp_path) == tmp_path / "headset-mesh.glb"
+
+
+def test_a_wearer_is_listed_while_the_headset_is_heard(scanned_package, headset, sample_of):
+    class Hub:
+        met, hidden = None, ()
+
+        def hide_behind(self, cells):
+            self.hidden = (*self.hidden, *cells)
+
+        def meet(self, others, *, way):
+            self.met = [each.person.name for each in others]
+
+    hub, clock = Hub(), WallClock()
+    plan = WornPlan(HeadsetPlan("127.0.0.1"), "Ana")
+    made = WornHeadset(plan, scanned_package, clock=clock, hub=lambda: hub, make=lambda *_: headset)
+    made.start()
+    until(lambda: hub.met == [])
+    now_ns = clock.now_ns()
+    headset.bodies.waiting.append(replace(sample_of(t_ns=now_ns), arrived_ns=now_ns))
+    until(lambda: hub.met == ["Ana"])
+    made._sample = replace(made._sample, arrived_ns=clock.now_ns() - AWAY_NS)
+    until(lambda: hub.met == [])
+    headset.bodies.waiting.append(sample_of(t_ns=clock.now_ns()))
+    until(lambda: hub.met == ["Ana"])
+    # A room that sites join gets surfaces beside the hub, and all that are there.
+    made._hidden.change({(0, 0, 0): scanned_package.collision})
+    until(lambda: hub.hidden == ((0, 0, 0),))
+    room = Hub()
+    made.people(room)
+    until(lambda: room.hidden == ((0, 0, 0),))
+    made._hidden.change({(1, 0, 0): scanned_package.collision})
+    until(lambda: hub.hidden == room.hidden == ((0, 0, 0), (1, 0, 0)))
+    made.close()
+    assert hub.met == []
