@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass
 
 from scenes.pose import Pose
+from scenes.state import TrackState
 from tracking.evidence.evidence import Evidence
 from tracking.evidence.observation import Observation, observe
 from tracking.follow.track import Task, Track
@@ -109,8 +110,11 @@ def among_near_poses(task: Task, belief: Belief, *, evidence: Evidence) -> Belie
     """The belief by which its pose is compared with others near it: with the same surroundings.
 
     What is beside one of two poses is a part of the object at the other, and its shadow, which may
-    pass for something unknown that goes on over it, is the room's.
+    pass for something unknown that goes on over it, is the room's. Who stands before something
+    that rests or is hidden is no shadow: that belief stays.
     """
+    if task.track.state is not TrackState.TRACKED:
+        return belief
     model, scene, pose = task.model, task.scene, belief.fit.world_from_object
     observation = claim(
         observe(scene, evidence, is_looked_for=True),
