@@ -12,7 +12,7 @@ from devices.hub.fields import MessageError, read_object
 from devices.hub.media.offer import OfferError, clean_offer, read_offer
 from devices.hub.media.voice_wire import Voice, decode_voice, encode_voice
 from devices.hub.messages import Do, OpError, clean_name, read_message
-from devices.hub.roles import Role
+from devices.hub.roles import Person, Role
 from devices.hub.wire import WireError, check_body, decode_body, pack_bodies, unpack_bodies
 from sim.wire.people_messages import valid_bodies, valid_texts
 
@@ -39,6 +39,12 @@ OFFER = "\r\n".join(
 
 VOICE = Voice(3, 2880, 20, bytes([120]) + bytes(40))
 """A moment of 20 ms."""
+
+ANNA = Person("p1", 1, "Anna", Role.REMOTE)
+"""Whoever sends the texts."""
+
+BEN = Person("p2", 2, "Ben", Role.LOCAL)
+"""Somebody to whom a shape can be given."""
 
 
 def people_targets() -> Mapping[str, PeopleTarget]:
@@ -95,7 +101,8 @@ class _Reading:
         self._now_ns += 10**8
         message = read_message(data.decode("utf-8", "replace"))
         if isinstance(message, Do):
-            json.dumps(self._board.do("p1", message, now_ns=self._now_ns).entry(), allow_nan=False)
+            done = self._board.carry_out(ANNA, message, here=(ANNA, BEN), now_ns=self._now_ns)
+            json.dumps(done.entry(), allow_nan=False)
 
 
 def _read_pairing(data: bytes) -> None:
