@@ -15,7 +15,6 @@ from tracking.follow.belief import (
     Belief,
     accounts_for,
     accounts_for_change,
-    among_near_poses,
     at_first,
     at_pose,
     is_at_rest_still,
@@ -105,7 +104,7 @@ def follow(task: Task, unchanged: bool) -> Track:
         if back is not track:
             return back
     belief = _again(task, evidence, belief, predicted_world_from_object)
-    task, fit = review_yaw(task, evidence, among_near_poses(task, belief, evidence=evidence))
+    task, fit = review_yaw(task, evidence, belief)
     if fit is not belief.fit:
         task = _corrected(task, belief.fit, fit)
         belief = weigh_measurement(task, belief.observation, fit)

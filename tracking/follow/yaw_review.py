@@ -12,7 +12,7 @@ from dataclasses import replace
 
 from scenes.state import TrackState
 from tracking.evidence.evidence import Evidence
-from tracking.follow.belief import MOVED_NATS, Belief, hypothesis_of
+from tracking.follow.belief import MOVED_NATS, Belief, among_near_poses, hypothesis_of
 from tracking.follow.posterior import shows_pattern
 from tracking.follow.track import PendingReview, Review, Task, Track
 from tracking.hypotheses.budget import BudgetExhausted, FrameBudget, Step
@@ -71,7 +71,8 @@ def review_yaw(
     if pending is None:
         if not ((is_shaken or _is_wanted(task, fit)) and _is_due(review, now)):
             return task, fit
-        pending = PendingReview(task.scene, evidence, belief.observation, fit, belief.found, ())
+        among = among_near_poses(task, belief, evidence=evidence)
+        pending = PendingReview(task.scene, evidence, among.observation, fit, among.found, ())
     part_ms = task.interval_ns / REVIEW_PART / 1e6
     budget = FrameBudget(part_ms, pending.done, task.costs)
     try:
@@ -142,8 +143,9 @@ def _concluded(
         return task, best.fit
     # What the frame of the review shows of the object has moved with it since.
     start = belief.fit.world_from_object @ (reviewed_pose.inverse() @ best.world_from_object)
-    again = refine(task.scene, task.model, start, evidence, belief.observation)
-    return task, max(again, hypothesis_of(belief), key=lambda other: other.support.nats).fit
+    among = among_near_poses(task, belief, evidence=evidence)
+    again = refine(task.scene, task.model, start, evidence, among.observation)
+    return task, max(again, hypothesis_of(among), key=lambda other: other.support.nats).fit
 
 
 def is_under_review(track: Track) -> bool:
