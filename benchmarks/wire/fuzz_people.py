@@ -41,7 +41,7 @@ VOICE = Voice(3, 2880, 20, bytes([120]) + bytes(40))
 """A moment of 20 ms."""
 
 ANNA = Person("p1", 1, "Anna", Role.REMOTE)
-"""Whoever sends the texts."""
+"""A person who sends the texts."""
 
 BEN = Person("p2", 2, "Ben", Role.LOCAL)
 """Somebody to whom a shape can be given."""

@@ -117,7 +117,7 @@ class WornHeadset:
         )
         self._hidden = HiddenSurfaces()
         self._elsewhere: Hiding | None = None
-        """Where else surfaces hide what is behind them: a room that sites join."""
+        """A room that sites join, in which surfaces hide what is behind them as well."""
         self.meshing = Meshing(
             headset.surfaces(),
             scene,
@@ -272,6 +272,6 @@ class WornHeadset:
         self._hidden.show(*those.values())
 
     def _is_away(self, now_ns: int) -> bool:
-        """Return whether nothing was heard of the headset for as long as a person may be away."""
+        """Return whether the headset has been silent for as long as a person may be away."""
         sample = self._sample
         return sample is None or now_ns - sample.arrived_ns >= AWAY_NS

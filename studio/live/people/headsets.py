@@ -26,7 +26,7 @@ LOW_PERCENT = 20.0
 """Battery at which a session of half an hour may not be finished."""
 
 WAYS = {Immersion.NONE: "on its page", Immersion.VR: "in VR", Immersion.AR: "in AR"}
-"""Where the wearer is, in words."""
+"""Places of the wearer, in words."""
 
 UNSEEN = {
     Immersion.NONE: "press Enter VR on its page",

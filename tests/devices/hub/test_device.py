@@ -1,4 +1,4 @@
-"""What pages say of headsets: read, kept with who wears them, and how old it is."""
+"""Headsets as their pages say them: read, kept with who wears them, and how old it is."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""What hides in a room hides at its sites: changed cells only, for who comes late all of them."""
+"""Surfaces that hide in a room hide at its sites: changed cells, all of them for latecomers."""
 
 import numpy as np
 
