@@ -197,7 +197,7 @@ def _usual(before: float, now: float) -> float:
 
 def settle(task: Task, evidence: Evidence, belief: Belief) -> Fit:
     """The fit of an object that comes to rest, or a likelier one that it refines to."""
-    belief = among_near_poses(task, belief, evidence=evidence)
+    belief = among_near_poses(task, belief)
     start, observation = belief.fit.world_from_object, belief.observation
     x, y, z, yaw = START_SIGMA
     is_carried = is_lifted(task, start)

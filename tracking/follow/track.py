@@ -125,6 +125,7 @@ class Track:
         appearance: its appearance where it last rested unoccluded; None before.
         world_from_stood: the pose at which it last rested in plain sight; None before.
         seen_ns: frame time of the last accepted measurement.
+        compared_ns: frame time at which its pose was last compared with those beside it.
         looked_ns: frame time of the last search around its last place; when it was seen, before.
         searched_ns: frame time of the last search over the whole scene.
         searches_in_vain: consecutive searches that did not find it.
@@ -156,6 +157,7 @@ class Track:
     appearance: AppearanceMemory | None
     world_from_stood: Pose | None
     seen_ns: int
+    compared_ns: int
     looked_ns: int
     searched_ns: int
     searches_in_vain: int
@@ -191,6 +193,7 @@ class Task:
         is_turn: whether this resting object is measured in this frame.
         is_first: whether this is the first frame of the session.
         may_search: whether a search over the whole scene is allowed in this frame.
+        may_compare: whether its pose may be compared with those beside it in this frame.
         use_texture: whether inner colours take part.
         interval_ns: time from a frame of the stream to the next, dropped ones counted.
         costs: of the steps of searches.
@@ -204,6 +207,7 @@ class Task:
     is_turn: bool
     is_first: bool
     may_search: bool
+    may_compare: bool
     use_texture: bool
     interval_ns: int
     costs: StepCosts = NOMINAL_COSTS
@@ -236,6 +240,7 @@ def new_track(model: TrackModel) -> Track:
         appearance=None,
         world_from_stood=None,
         seen_ns=0,
+        compared_ns=0,
         looked_ns=0,
         searched_ns=-SEARCH_PERIOD_NS,
         searches_in_vain=0,
