@@ -30,10 +30,6 @@ FINE_PX = 80
 low-pass filter of single splats widens the silhouette."""
 
 
-SHOWN_ALPHA = 0.1
-"""Least alpha of a pixel that an object covers: a tenth of it changes a pixel by no more than a
-camera's noise does."""
-
 COARSE = 0.5
 """Share of its radius in the picture for which the splats of a coarse drawing are merged."""
 
@@ -107,11 +103,11 @@ def claim(
         return observation
     rows, columns = drawn.part
     size = (columns.stop - columns.start, rows.stop - rows.start)
-    is_off = np.ones(observation.changed.shape, np.uint8)
-    is_off[drawn.part] = resized(drawn.colours.alpha, size) < SHOWN_ALPHA
-    reach_px = radius_px(observation, model, world_from_object) * reach_m / model.radius_m
-    apart_px = cv2.distanceTransform(is_off, cv2.DIST_L2, cv2.DIST_MASK_5)
-    reached = np.clip(reach_px + 1.0 - apart_px, 0.0, 1.0)
+    alpha = np.zeros(observation.changed.shape, np.float32)
+    alpha[drawn.part] = resized(drawn.colours.alpha, size)
+    radius = radius_px(observation, model, world_from_object)
+    side = 2 * round(radius * reach_m / model.radius_m) + 1
+    reached = cv2.dilate(alpha, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side)))
     return replace(observation, claimed=np.maximum(observation.claimed, reached))
 
 
