@@ -109,6 +109,11 @@ def accounts_for(track: Track, rate: float) -> bool:
     return rate >= min(MIN_RATE, USUAL_SHARE * _usual_rate(track))
 
 
+def is_sure(rate: float) -> bool:
+    """Whether a pose with so many nats a sample shows all that an object shows."""
+    return rate >= AS_USUAL * MIN_RATE / USUAL_SHARE
+
+
 def shows_as_usual(track: Track, belief: Belief) -> bool:
     """Whether an object shows about as much where it was measured as it usually does."""
     return belief.found.nats_a_sample >= AS_USUAL * _usual_rate(track)

@@ -21,6 +21,7 @@ from tracking.follow.belief import (
     is_followed,
     is_on_a_passer_by,
     is_shaken,
+    is_sure,
     shows_as_usual,
     weigh_measurement,
 )
@@ -69,7 +70,9 @@ def follow(task: Task, unchanged: bool) -> Track:
     if unchanged and not task.is_turn and not is_under_review(track):
         # What is seen to rest is known to be there: its next way begins now.
         known_ns = now if accounts_for(track, track.rate) else track.known_ns
-        return replace(track, motion=Motion.rest(now), seen_ns=now, known_ns=known_ns)
+        sure_ns = now if is_sure(track.rate) else track.sure_ns
+        rests = Motion.rest(now)
+        return replace(track, motion=rests, seen_ns=now, known_ns=known_ns, sure_ns=sure_ns)
     if track.state is TrackState.LOST:
         if task.is_first or not _shows_at(task, track.world_from_object):
             return track if task.is_first else _back(task)

@@ -120,6 +120,7 @@ class Track:
         world_from_known: latest pose that accounts for what is to be seen of it.
         known_ns: frame time of that.
         known_motion: its velocity then.
+        sure_ns: frame time at which it last showed all that an object shows.
         rest: how it looks at rest; None while it is not known to rest.
         reduced: its last reduced rendering; None before.
         appearance: its appearance where it last rested unoccluded; None before.
@@ -152,6 +153,7 @@ class Track:
     world_from_known: Pose
     known_ns: int
     known_motion: Motion
+    sure_ns: int
     rest: Rest | None
     reduced: ReducedRendering | None
     appearance: AppearanceMemory | None
@@ -235,6 +237,7 @@ def new_track(model: TrackModel) -> Track:
         world_from_known=model.source.world_from_object,
         known_ns=0,
         known_motion=Motion.rest(0),
+        sure_ns=0,
         rest=None,
         reduced=None,
         appearance=None,
