@@ -20,6 +20,7 @@ from tracking.hypotheses.births import Expected, born
 from tracking.hypotheses.budget import Step
 from tracking.hypotheses.hypothesis import CLEAR_NATS, Hypothesis, is_other
 from tracking.hypotheses.prior import stayed_log_prior
+from tracking.hypotheses.refinement import CLEAR_SHARE
 from tracking.likelihood.pose_likelihood import pose_support
 from tracking.solve.covariance import uncertainty
 from tracking.solve.motion import Motion
@@ -134,7 +135,8 @@ def _is_likelier(task: Task, item: Hypothesis) -> bool:
         return False
     if track.state in (TrackState.TRACKED, TrackState.STATIC):
         # What is followed shows less for a picture or two, too, in a hand or in another light.
-        missing_nats = MISSING_SHARE * track.usual_nats
+        shows_all = is_sure(support.nats_a_sample) and not is_sure(there.nats_a_sample)
+        missing_nats = CLEAR_SHARE * item.log_odds if shows_all else MISSING_SHARE * track.usual_nats
         return item.log_odds > there.nats + max(missing_nats, CLEAR_NATS)
     stood = track.world_from_stood
     rests = stood is not None and not is_other(model, stood, believed)
