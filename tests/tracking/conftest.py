@@ -100,6 +100,7 @@ class Table:
             is_turn=False,
             is_first=False,
             may_search=True,
+            may_compare=True,
             use_texture=True,
             interval_ns=33_000_000,
         )

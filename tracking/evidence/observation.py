@@ -94,6 +94,14 @@ class Observation:
     in_any_light: bool
     in_shadow: bool
 
+    def shadowed(self) -> Observation:
+        """The same where shadows may have fallen on the room since it was learned."""
+        if self.in_shadow:
+            return self
+        misfit_here = np.minimum(misfit_in_shadow(self.live, self.empty), MAX_MISFIT)
+        room_misfit = np.minimum(self.room_misfit, misfit_here).astype(np.float32)
+        return replace(self, room_misfit=room_misfit, in_shadow=True)
+
     def shrunk(self, times: int) -> Observation:
         """The same seen with so many times fewer pixels each way."""
         height, width = self.changed.shape
@@ -154,13 +162,15 @@ def observe(scene: Scene, evidence: Evidence, *, is_looked_for: bool = False) ->
     y = (view.top + rows * view.shrink) * 2 / lens.height_px - 1
     radius2 = (x[None, :] ** 2 + y[:, None] ** 2).astype(np.float32)
     plain = scene.background.images[view.lens][cut]
-    laid, alpha = with_layers(plain, evidence.layers, cut)
     exposure = scene.exposures[view.lens]
-    room = expose(small(plain), exposure, radius2=radius2)
-    expected = expose(small(laid), exposure, radius2=radius2)
+    empty = expected = expose(small(plain), exposure, radius2=radius2)
+    if evidence.layers:
+        laid, alpha = with_layers(plain, evidence.layers, cut)
+        empty = laid_over(empty, live, alpha=small(alpha))
+        expected = expose(small(laid), exposure, radius2=radius2)
     return observation_of(
         live,
-        laid_over(room, live, alpha=small(alpha)),
+        empty,
         expected,
         evidence.foreground,
         hidden=evidence.hidden,

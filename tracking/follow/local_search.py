@@ -17,7 +17,7 @@ from tracking.evidence.evidence import Evidence
 from tracking.evidence.observation import Observation
 from tracking.evidence.rendering import RenderingCache
 from tracking.follow.attempt import attempt
-from tracking.follow.belief import Belief, accounts_for, among_near_poses, at_pose
+from tracking.follow.belief import Belief, accounts_for, at_pose, near
 from tracking.follow.carried import is_lifted
 from tracking.follow.posterior import (
     CONCLUSIVE_INLIER_RATIO,
@@ -31,7 +31,7 @@ from tracking.follow.posterior import (
 from tracking.follow.track import Task
 from tracking.hypotheses.budget import Step, steps_within
 from tracking.hypotheses.hypothesis import CLEAR_NATS
-from tracking.hypotheses.refinement import climb_if_clear
+from tracking.hypotheses.refinement import climb_if_clear, for_climb
 from tracking.likelihood.pose_likelihood import pose_support
 from tracking.model.symmetry import ROUND
 from tracking.solve.gauss_newton import (
@@ -233,12 +233,12 @@ def climb_beside(
             return nats
         return nats - CLEAR_NATS if can_lift and height_m > lowest_m else -math.inf
 
-    among = among_near_poses(task, belief, evidence=evidence)
-    likelier = climb_if_clear(
-        among.observation, model, world_from_start=found, scene=scene, log_prior=log_prior
-    )
+    seen = for_climb(belief.observation, model, world_from_object=found)
+    seen = near(seen, model, world_from_object=found, renderer=scene.renderer)
+    likelier = climb_if_clear(seen, model, world_from_start=found, scene=scene, log_prior=log_prior)
     if likelier is None:
         return belief
-    support = pose_support(among.observation, model, likelier, scene.renderer)
+    among = near(belief.observation, model, world_from_object=found, renderer=scene.renderer)
+    support = pose_support(among, model, likelier, scene.renderer)
     is_shown = accounts_for(task.track, support.nats_a_sample)
     return at_pose(task, evidence, belief, likelier) if is_shown else belief

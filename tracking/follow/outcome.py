@@ -19,6 +19,7 @@ from tracking.follow.belief import (
     among_near_poses,
     confidence_of,
     hypothesis_of,
+    is_sure,
 )
 from tracking.follow.carried import is_lifted
 from tracking.follow.measure import at_remembered_pose
@@ -155,6 +156,7 @@ def _know(track: Track, support: PoseSupport, *, now_ns: int) -> Track:
         return track
     return replace(
         track,
+        sure_ns=now_ns if is_sure(rate) else track.sure_ns,
         usual_rate=max(rate, RATE_KEPT * track.usual_rate),
         world_from_known=track.world_from_object,
         known_ns=now_ns,
@@ -197,7 +199,7 @@ def _usual(before: float, now: float) -> float:
 
 def settle(task: Task, evidence: Evidence, belief: Belief) -> Fit:
     """The fit of an object that comes to rest, or a likelier one that it refines to."""
-    belief = among_near_poses(task, belief, evidence=evidence)
+    belief = among_near_poses(task, belief)
     start, observation = belief.fit.world_from_object, belief.observation
     x, y, z, yaw = START_SIGMA
     is_carried = is_lifted(task, start)

@@ -13,13 +13,14 @@ from dataclasses import replace
 from scenes.state import TrackState
 from tracking.evidence.evidence import gather, view_of
 from tracking.evidence.observation import observe
-from tracking.follow.belief import CERTAIN_NATS, accounts_for
+from tracking.follow.belief import CERTAIN_NATS, accounts_for, is_sure
 from tracking.follow.posterior import is_carriable
 from tracking.follow.track import Review, Task, Track
 from tracking.hypotheses.births import Expected, born
 from tracking.hypotheses.budget import Step
 from tracking.hypotheses.hypothesis import CLEAR_NATS, Hypothesis, is_other
 from tracking.hypotheses.prior import stayed_log_prior
+from tracking.hypotheses.refinement import CLEAR_SHARE
 from tracking.likelihood.pose_likelihood import pose_support
 from tracking.solve.covariance import uncertainty
 from tracking.solve.motion import Motion
@@ -76,22 +77,34 @@ def look_around(tasks: Sequence[Task]) -> dict[str, Track] | None:
 
 def _is_due(task: Task) -> bool:
     track, now = task.track, task.scene.frame.t_ns
-    if task.is_first or track.usual_nats <= CLEAR_NATS or track.state is TrackState.STATIC:
+    if task.is_first or track.usual_nats <= CLEAR_NATS:
         return False
-    if track.state is TrackState.TRACKED and accounts_for(track, track.rate):
-        return False
-    since_ns = max(track.looked_ns - track.known_ns, 0)
-    wait_ns = max(task.costs.cost_ms(Step.BIRTH) / LOOK_SHARE * 1e6, LATER * since_ns)
+    if is_believed(track):
+        has_moved = track.state is TrackState.TRACKED or track.review is not None
+        is_wanted = has_moved and now > track.sure_ns
+        since_ns = max(track.looked_ns - track.sure_ns, 0)
+    else:
+        is_wanted = now - track.known_ns < KNOWN_NS
+        since_ns = LATER * max(track.looked_ns - track.known_ns, 0)
+    wait_ns = max(task.costs.cost_ms(Step.BIRTH) / LOOK_SHARE * 1e6, since_ns)
     # A picture comes a little early or late.
-    return now - track.known_ns < KNOWN_NS and now - track.looked_ns >= 0.9 * wait_ns
+    return is_wanted and now - track.looked_ns >= 0.9 * wait_ns
+
+
+def is_believed(track: Track) -> bool:
+    """Whether an object is followed, or rests, where it accounts for what is to be seen of it."""
+    return track.state is TrackState.STATIC or (
+        track.state is TrackState.TRACKED and accounts_for(track, track.rate)
+    )
 
 
 def expected_of(task: Task) -> Expected:
     """Poses and places that an object may have gone to since it was last known."""
     track, now = task.track, task.scene.frame.t_ns
     known = track.world_from_known
-    reach_m = JUMP_M + FASTEST_M_S * (now - track.known_ns) * 1e-9
-    moved = track.known_motion.predict(known, now)
+    believed = is_believed(track)
+    reach_m = JUMP_M + FASTEST_M_S * (now - (track.sure_ns if believed else track.known_ns)) * 1e-9
+    moved = track.world_from_object if believed else track.known_motion.predict(known, now)
     height_m = float(known.translation[2])
     supports = tuple(h for h in task.support_heights_m if abs(h - height_m) < reach_m + 0.02)
     lowest = min(task.support_heights_m)
@@ -118,11 +131,12 @@ def _is_likelier(task: Task, item: Hypothesis) -> bool:
     observation = observe(scene, evidence, is_looked_for=True)
     there = pose_support(observation, model, believed, scene.renderer)
     is_step = not is_other(model, item.world_from_object, believed)
-    if is_step and accounts_for(track, there.nats_a_sample):
+    if is_step and is_sure(there.nats_a_sample):
         return False
-    if track.state is TrackState.TRACKED:
+    if track.state in (TrackState.TRACKED, TrackState.STATIC):
         # What is followed shows less for a picture or two, too, in a hand or in another light.
-        missing_nats = MISSING_SHARE * track.usual_nats
+        shows_all = is_sure(support.nats_a_sample) and not is_sure(there.nats_a_sample)
+        missing_nats = CLEAR_SHARE * item.log_odds if shows_all else MISSING_SHARE * track.usual_nats
         return item.log_odds > there.nats + max(missing_nats, CLEAR_NATS)
     stood = track.world_from_stood
     rests = stood is not None and not is_other(model, stood, believed)
@@ -152,6 +166,7 @@ def _born(task: Task, item: Hypothesis) -> Track:
         world_from_known=fit.world_from_object,
         known_ns=now,
         known_motion=motion,
+        sure_ns=now,
         still_frames=0,
         missed_frames=0,
         searches_in_vain=0,

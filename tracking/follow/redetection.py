@@ -227,6 +227,7 @@ def _redetect(task: Task, assignment: Assignment | None) -> Track:
         world_from_known=fit.world_from_object,
         known_ns=now,
         known_motion=Motion.rest(now),
+        sure_ns=now,
         still_frames=0 if rest is None else RESTING_FRAMES,
         missed_frames=0,
         searches_in_vain=0,

@@ -120,11 +120,13 @@ class Track:
         world_from_known: latest pose that accounts for what is to be seen of it.
         known_ns: frame time of that.
         known_motion: its velocity then.
+        sure_ns: frame time at which it last showed all that an object shows.
         rest: how it looks at rest; None while it is not known to rest.
         reduced: its last reduced rendering; None before.
         appearance: its appearance where it last rested unoccluded; None before.
         world_from_stood: the pose at which it last rested in plain sight; None before.
         seen_ns: frame time of the last accepted measurement.
+        compared_ns: frame time at which its pose was last compared with those beside it.
         looked_ns: frame time of the last search around its last place; when it was seen, before.
         searched_ns: frame time of the last search over the whole scene.
         searches_in_vain: consecutive searches that did not find it.
@@ -151,11 +153,13 @@ class Track:
     world_from_known: Pose
     known_ns: int
     known_motion: Motion
+    sure_ns: int
     rest: Rest | None
     reduced: ReducedRendering | None
     appearance: AppearanceMemory | None
     world_from_stood: Pose | None
     seen_ns: int
+    compared_ns: int
     looked_ns: int
     searched_ns: int
     searches_in_vain: int
@@ -191,6 +195,7 @@ class Task:
         is_turn: whether this resting object is measured in this frame.
         is_first: whether this is the first frame of the session.
         may_search: whether a search over the whole scene is allowed in this frame.
+        may_compare: whether its pose may be compared with those beside it in this frame.
         use_texture: whether inner colours take part.
         interval_ns: time from a frame of the stream to the next, dropped ones counted.
         costs: of the steps of searches.
@@ -204,6 +209,7 @@ class Task:
     is_turn: bool
     is_first: bool
     may_search: bool
+    may_compare: bool
     use_texture: bool
     interval_ns: int
     costs: StepCosts = NOMINAL_COSTS
@@ -231,11 +237,13 @@ def new_track(model: TrackModel) -> Track:
         world_from_known=model.source.world_from_object,
         known_ns=0,
         known_motion=Motion.rest(0),
+        sure_ns=0,
         rest=None,
         reduced=None,
         appearance=None,
         world_from_stood=None,
         seen_ns=0,
+        compared_ns=0,
         looked_ns=0,
         searched_ns=-SEARCH_PERIOD_NS,
         searches_in_vain=0,

@@ -71,7 +71,7 @@ def review_yaw(
     if pending is None:
         if not ((is_shaken or _is_wanted(task, fit)) and _is_due(review, now)):
             return task, fit
-        among = among_near_poses(task, belief, evidence=evidence)
+        among = among_near_poses(task, belief)
         pending = PendingReview(task.scene, evidence, among.observation, fit, among.found, ())
     part_ms = task.interval_ns / REVIEW_PART / 1e6
     budget = FrameBudget(part_ms, pending.done, task.costs)
@@ -143,7 +143,7 @@ def _concluded(
         return task, best.fit
     # What the frame of the review shows of the object has moved with it since.
     start = belief.fit.world_from_object @ (reviewed_pose.inverse() @ best.world_from_object)
-    among = among_near_poses(task, belief, evidence=evidence)
+    among = among_near_poses(task, belief)
     again = refine(task.scene, task.model, start, evidence, among.observation)
     return task, max(again, hypothesis_of(among), key=lambda other: other.support.nats).fit
 

@@ -164,7 +164,7 @@ def born(
     climbed = _climbed(around, starts)
     likely = [pose for odds, pose in climbed if odds > climbed[0][0] - HOPELESS_NATS]
     found: list[tuple[Hypothesis, ObjectWindow]] = []
-    for pose in _apart(model, likely, count=REFINED):
+    for pose in [*_apart(model, likely, count=REFINED), *_expected_closely(expected)]:
         view = _view(scene, model, around=pose, radius_m=model.radius_m, wanted_px=REFINED_PX)
         evidence = gather(scene, model, view, neighbours)
         window = ObjectWindow(evidence, observe(scene, evidence, is_looked_for=True))
@@ -174,6 +174,14 @@ def born(
         prior = expected.log_prior(model, refined.world_from_object)
         found.append((replace(refined, log_prior=prior), window))
     return distinct(model, judge_in_any_light(scene, model, found))
+
+
+def _expected_closely(expected: Expected) -> list[Pose]:
+    """Where an object should be, as it stood and a little lifted: refined, whatever shows coarsely."""
+    likeliest = expected.poses[0]
+    up = np.array([0.0, 0.0, 0.5 * CARRIED_SIGMA_M])
+    lifted = [Pose(likeliest.rotation, likeliest.translation + up)] if expected.lifts_m else []
+    return [likeliest, *lifted]
 
 
 def surroundings(

@@ -50,6 +50,7 @@ class Step(Enum):
     PATCH = ("fit a pose by its colours", 4.0)
     CLIMB = ("climb the likelihood by a step", 1.0)
     BIRTH = ("look for an object around where it was known", 60.0)
+    BESIDE = ("compare a moving object's pose with those beside it", 20.0)
     LOCAL_HYPOTHESIS = ("evaluate a hypothesis beside the prediction", 5.0)
     YAWS = ("propose other yaws of a tracked object", 2.0)
     COMPARE = ("compare places with templates", 4.0)

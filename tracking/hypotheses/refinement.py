@@ -163,8 +163,7 @@ def climb(
         BudgetExhausted: the rest is for the next frame.
     """
     do = (budget or FrameBudget()).do
-    times = radius_px(observation, model, world_from_start) / CLIMBED_PX
-    seen = do(Step.CLIMB, observation.shrunk, max(math.floor(times), 1))
+    seen = do(Step.CLIMB, for_climb, observation, model, world_from_object=world_from_start)
     pose, best = world_from_start, -math.inf
     step = CLIMB_STEP
     while step >= CLIMB_RESOLVED:
@@ -176,8 +175,14 @@ def climb(
     return pose
 
 
+def for_climb(observation: Observation, model: TrackModel, world_from_object: Pose) -> Observation:
+    """An observation at the scale at which the likelihood is climbed."""
+    times = radius_px(observation, model, world_from_object) / CLIMBED_PX
+    return observation.shrunk(max(math.floor(times), 1))
+
+
 def climb_if_clear(
-    observation: Observation,
+    seen: Observation,
     model: TrackModel,
     *,
     world_from_start: Pose,
@@ -187,14 +192,12 @@ def climb_if_clear(
     """The pose that a climb ends at; None if none beside its start is clearly likelier than that.
 
     Args:
-        observation: of a window around the start.
+        seen: a window around the start, as `for_climb` has it.
         model: the object.
         world_from_start: where to begin.
         scene: the frame.
         log_prior: nats of a pose before anything was seen.
     """
-    times = radius_px(observation, model, world_from_start) / CLIMBED_PX
-    seen = observation.shrunk(max(math.floor(times), 1))
 
     def likeliest(poses: Sequence[Pose]) -> tuple[float, Pose]:
         found = pose_supports(seen, model, poses=poses, renderer=scene.renderer)

@@ -32,7 +32,7 @@ def support(nats, samples=20.0):
 
 
 def belief(found, before, samples=20.0):
-    return Belief(None, None, support(found, samples), support(before, samples))
+    return Belief(None, None, support(found, samples), lambda: support(before, samples))
 
 
 def a_task(usual):

@@ -11,6 +11,7 @@ from tracking.follow.belief import MIN_RATE, accounts_for
 from tracking.follow.follow import follow
 from tracking.follow.posterior import WIDEST_CARRIED_M
 from tracking.follow.rebirth import FARTHEST_M, expected_of, look_around
+from tracking.follow.track import Review
 from tracking.hypotheses.budget import Step
 from tracking.solve.motion import Motion
 
@@ -72,11 +73,66 @@ def test_what_rests_unchanged_is_known_to_be_there(table, as_scanned):
 
 def test_what_a_pose_accounts_for_is_not_looked_for(table, lifted):
     scene, _ = lifted
-    followed = lost_sight_of(table, scene, state=TrackState.TRACKED, rate=1.0)
+    followed = lost_sight_of(table, scene, state=TrackState.TRACKED, rate=1.0, sure_ns=FRAME_NS)
     resting = lost_sight_of(table, scene, state=TrackState.STATIC)
     never_seen = lost_sight_of(table, scene, usual_nats=1.0)
     assert look_around([followed, resting, never_seen]) is None
     assert look_around([replace(followed, track=replace(followed.track, rate=0.1))]) is not None
+
+
+def doubtful(table, scene, world_from_object, **remembered):
+    """The task of a book that is followed at a pose which accounts for less than all of it."""
+    followed = {
+        "state": TrackState.TRACKED,
+        "missed_frames": 0,
+        "rate": 0.7,
+        "usual_rate": 0.7,
+        "usual_nats": 10.0,
+        "world_from_object": world_from_object,
+        "world_from_known": world_from_object,
+    }
+    return lost_sight_of(table, scene, **{**followed, **remembered})
+
+
+@pytest.mark.parametrize(
+    "resting", [{}, {"state": TrackState.STATIC, "review": Review(0, 0, 0.0, 0.0)}]
+)
+def test_what_was_followed_wrongly_for_long_is_found_where_it_shows(table, lifted, resting):
+    scene, now = lifted
+    task = doubtful(table, scene, table.poses["book-1"], **resting)
+    track = look_around([task])["book-1"]
+    assert np.linalg.norm(track.world_from_object.translation - now.translation) < 0.05
+    assert track.sure_ns == FRAME_NS
+
+
+def test_what_is_in_doubt_where_it_is_stays_and_is_looked_for_ever_more_rarely(table, as_scanned):
+    book = table.poses["book-1"]
+
+    def at(t_ns, **looked):
+        frame = replace(as_scanned.frame, seq=t_ns // FRAME_NS, t_ns=t_ns)
+        return doubtful(table, replace(as_scanned, frame=frame), book, **looked)
+
+    track = look_around([at(FRAME_NS)])["book-1"]
+    assert track.world_from_object is book
+    assert track.looked_ns == FRAME_NS
+    # Four seconds of doubt at the last look: the next one is as long after it.
+    long_ago = {"looked_ns": 40 * FRAME_NS}
+    assert look_around([at(70 * FRAME_NS, **long_ago)]) is None
+    assert look_around([at(80 * FRAME_NS, **long_ago)]) is not None
+
+
+def test_what_never_moved_is_not_looked_for_in_doubt(table, as_scanned):
+    frame = replace(as_scanned.frame, seq=1, t_ns=FRAME_NS)
+    resting = {"state": TrackState.STATIC, "review": None}
+    scene = replace(as_scanned, frame=frame)
+    assert look_around([doubtful(table, scene, table.poses["book-1"], **resting)]) is None
+
+
+@pytest.mark.parametrize(("rate", "is_sure"), [(1.1, True), (0.9, False)])
+def test_what_rests_unchanged_is_as_sure_as_it_was(table, as_scanned, rate, is_sure):
+    scene = replace(as_scanned, frame=replace(as_scanned.frame, seq=9, t_ns=9 * FRAME_NS))
+    track = follow(table.task(scene, "book-1", rate=rate, usual_rate=rate), unchanged=True)
+    assert track.sure_ns == (9 * FRAME_NS if is_sure else 0)
 
 
 def test_what_is_where_it_was_stays_there(table, as_scanned):

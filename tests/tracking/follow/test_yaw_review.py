@@ -50,7 +50,7 @@ def support(nats):
 
 
 def a_belief(pose, nats):
-    return Belief("seen", a_fit(pose), support(nats), support(nats))
+    return Belief("seen", a_fit(pose), support(nats), lambda: support(nats))
 
 
 def a_track(review, state=TrackState.TRACKED):
@@ -68,7 +68,7 @@ def task(monkeypatch):
             budget.do(Step.SOLVE, lambda: None)
         return Hypothesis(a_fit(start), support(30.0 if abs(start.yaw()) > 3.0 else 10.0))
 
-    monkeypatch.setattr(yaw_review, "among_near_poses", lambda _task, belief, **_: belief)
+    monkeypatch.setattr(yaw_review, "among_near_poses", lambda _task, belief: belief)
     monkeypatch.setattr(yaw_review, "likeliest_yaws", lambda *_: [SHARP, FLIPPED])
     monkeypatch.setattr(yaw_review, "refine", refined)
     model = SimpleNamespace(
@@ -80,7 +80,7 @@ def task(monkeypatch):
         scene = SimpleNamespace(frame=frame, contains=lambda _pose: True, world_from_rig=rig)
         track = a_track(review, state)
         return yaw_review.Task(
-            scene, model, track, (), (0.0,), False, False, True, True, interval_ns
+            scene, model, track, (), (0.0,), False, False, True, True, True, interval_ns
         )
 
     return make
@@ -175,7 +175,7 @@ def test_a_patterned_thing_taken_for_its_back_is_turned_round(table, as_scanned)
     def belief(fit):
         pose = fit.world_from_object
         found = pose_support(observation, task.model, pose, table.renderer)
-        return Belief(observation, fit, found, found)
+        return Belief(observation, fit, found, lambda: found)
 
     doubted = replace(task, track=replace(task.track, review=Review(-LONG_NS, 0, 0.0, 0.0)))
     after, fit = review_yaw(doubted, evidence, belief(wrong))

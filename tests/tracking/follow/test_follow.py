@@ -1,0 +1,89 @@
+"""What follows an object from frame to frame may cost no more than a frame has time for."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from scenes.pose import Pose
+from scenes.state import TrackState
+from tracking.follow import follow as follow_module
+from tracking.follow.follow import follow
+from tracking.solve.motion import Motion
+
+SECOND_NS = 1_000_000_000
+
+
+@pytest.fixture
+def compared(monkeypatch):
+    """Times at which a moving object's pose was compared with those beside it."""
+    times_ns = []
+
+    def noted(task, belief, **_):
+        times_ns.append(task.scene.frame.t_ns)
+        return belief
+
+    monkeypatch.setattr(follow_module, "climb_beside", noted)
+    return times_ns
+
+
+DOUBTFUL, SURE = 10.0, 0.1
+"""Nats a sample that it usually shows: far more than a mug does, and far less."""
+
+
+def follow_for_a_second(table, mug_elsewhere, *, fps=10, may_compare=True, usual_rate=DOUBTFUL):
+    scene, now = mug_elsewhere
+    aside = Pose(now.rotation, now.translation + np.array([0.004, 0.0, 0.0]))
+    track = table.task(scene, "mug-1").track
+    for index in range(1, fps + 1):
+        t_ns = index * SECOND_NS // fps
+        # It moves on and on: what is still comes to rest, and is not compared.
+        remembered = replace(
+            track,
+            world_from_object=aside,
+            state=TrackState.TRACKED,
+            still_frames=0,
+            usual_rate=usual_rate,
+        )
+        task = replace(
+            table.task(replace(scene, frame=replace(scene.frame, t_ns=t_ns)), "mug-1"),
+            track=replace(remembered, motion=Motion.rest(t_ns)),
+            may_compare=may_compare,
+            interval_ns=SECOND_NS // fps,
+        )
+        track = follow(task, unchanged=False)
+    return track
+
+
+@pytest.mark.parametrize(("fps", "least", "most"), [(10, 10, 10), (30, 9, 11)])
+def test_poses_beside_a_doubtful_one_are_compared_ten_times_a_second(
+    table, mug_elsewhere, compared, fps, least, most
+):
+    follow_for_a_second(table, mug_elsewhere, fps=fps)
+    assert least <= len(compared) <= most
+
+
+def test_they_wait_where_another_object_had_its_turn(table, mug_elsewhere, compared):
+    track = follow_for_a_second(table, mug_elsewhere, may_compare=False)
+    assert compared == []
+    assert track.compared_ns == 0
+
+
+def test_an_object_that_shows_as_much_as_usual_is_not_compared(table, mug_elsewhere, compared):
+    follow_for_a_second(table, mug_elsewhere, usual_rate=SURE)
+    assert compared == []
+
+
+def test_where_a_moving_one_was_is_weighed_only_if_it_is_doubtful(
+    table, mug_elsewhere, compared, monkeypatch
+):
+    weighed = []
+    weigh = follow_module.weigh_measurement
+
+    def noted(*belief_of):
+        belief = weigh(*belief_of)
+        return replace(belief, weigh_before=lambda: weighed.append(1) or belief.before)
+
+    monkeypatch.setattr(follow_module, "weigh_measurement", noted)
+    follow_for_a_second(table, mug_elsewhere, usual_rate=SURE)
+    assert weighed == []
