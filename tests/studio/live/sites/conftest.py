@@ -35,7 +35,7 @@ class Building:
     def turn(self):
         """Do what a frame does: people's changes enter the session, its state goes out."""
         arrived = self.room.take()
-        self.change(*arrived.avatars, *arrived.lines, *arrived.surfaces)
+        self.change(*arrived.avatars, *arrived.lines, *arrived.surfaces, *arrived.placed)
         self.room.publish(self.state)
         self.room.turn()
         self.site.turn()

@@ -24,7 +24,8 @@ class Client:
     """Somebody at a hub, with all that they were sent."""
 
     def __init__(self):
-        self.objects, self.lines, self.surfaces = {}, {}, {}
+        self.objects, self.lines, self.surfaces, self.shapes = {}, {}, {}, {}
+        self.answers, self.shapes_at_answers = {}, {}
         self.people, self.bodies, self.pictures = [], {}, {}
 
     async def join(self, http, hub, name):
@@ -39,6 +40,13 @@ class Client:
     async def do(self, **fields):
         await self.socket.send_json({"kind": "do", "id": 1, **fields})
 
+    async def answered(self, until, **fields):
+        """Do something; return the answer in words, "done" where it was done."""
+        number = len(self.answers) + 1
+        await self.do(id=number, **fields)
+        await until(lambda: number in self.answers)
+        return self.answers[number]
+
     async def _read(self):
         async for message in self.socket:
             if message.type is aiohttp.WSMsgType.BINARY:
@@ -50,16 +58,20 @@ class Client:
                 self.objects = fields["state"]["objects"]
                 self.lines = fields["state"]["lines"]
                 self.surfaces = fields["state"]["surfaces"]
+                self.shapes = fields["state"]["primitives"]
             if "people" in fields:
                 self.people = fields["people"]
             if kind == "state":
                 self.objects |= fields["objects"]
                 await self.socket.send_json({"kind": "seen", "version": fields["version"]})
+            if kind in ("done", "refused"):
+                self.answers[fields["id"]] = fields.get("why", "done")
+                self.shapes_at_answers[fields["id"]] = dict(self.shapes)
             if kind == "log":
-                items = self.lines if fields["op"] == "line" else self.surfaces
-                key = fields[fields["op"]]
+                kinds = {"line": self.lines, "surface": self.surfaces, "primitive": self.shapes}
+                items, key = kinds[fields["op"]], fields[fields["op"]]
                 items[key] = fields
-                if not fields.get("points") and not fields.get("corners"):
+                if not any(fields.get(field) for field in ("points", "corners", "shape")):
                     del items[key]
 
     def _binary(self, data):
