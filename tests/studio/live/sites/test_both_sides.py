@@ -6,7 +6,8 @@ import json
 import aiohttp
 import numpy as np
 
-from devices.hub.roles import Role
+from devices.hub.elsewhere import Elsewhere
+from devices.hub.roles import Person, Role
 from devices.hub.wire import PICTURE_KIND, Body, encode_body, unpack_bodies
 from scenes.pose import Pose
 from scenes.state import Annotation, LiveSurface, TrackedObject, TrackState
@@ -132,6 +133,19 @@ def test_people_see_each_other_and_enter_the_session(building):
         index = {person["id"]: person["index"] for person in here.people}
         assert here.bodies == {index["north.p1"]: BODY}
         await until(lambda: set(building.state.avatars) == {"p1", "north.p1"})
+
+    play(building, script)
+
+
+def test_the_wearer_of_a_headset_is_seen_at_the_site(building):
+    wearer = Person("hololens", 0, "Ana", Role.LOCAL, is_yielding=True)
+
+    async def script(_here, there, until):
+        building.room_hub.meet([Elsewhere(wearer, BODY)], way="hololens")
+        await until(lambda: there.names.get("lab.hololens") == "Ana" and there.bodies)
+        assert [p["yields"] for p in there.people if p["id"] == "lab.hololens"] == [True]
+        assert building.room.turn() is None, "sites do not see it twice"
+        assert len(there.people) == 3
 
     play(building, script)
 

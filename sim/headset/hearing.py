@@ -1,0 +1,110 @@
+"""Messages that come to a simulated person: counted, timed against the hub's clock, acted upon."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+from devices.hub.wire import WireError, decode_body, unpack_bodies
+from sim.headset.connection import HubConnection
+from sim.headset.speech import Speaking
+from sim.headset.tally import Tally
+
+if TYPE_CHECKING:
+    from sim.headset.scripted import ScriptedPerson
+
+DECODED_EVERY = 100
+"""One in so many bodies that come is read in full, chosen: a defect shows within a second."""
+
+HEADER = struct.Struct("<BBHIQ")
+"""Version, kind, flags, number and device time of a body in bytes."""
+
+
+class Hearing:
+    """Everything that one person has heard.
+
+    Args:
+        tally: takes the figures.
+        scripted: acts as a script says; None for somebody who moves by chance.
+        now_ns: clock of this process.
+
+    Attributes:
+        token: the newest one, to come back with.
+        log_seq: number of the newest entry of the log.
+        speaking: of somebody who does; None meanwhile.
+    """
+
+    def __init__(
+        self, tally: Tally, scripted: ScriptedPerson | None, *, now_ns: Callable[[], int]
+    ) -> None:
+        self._tally, self._scripted, self._now_ns = tally, scripted, now_ns
+        self.token, self.log_seq = "", 0
+        self.speaking: Speaking | None = None
+        self._since_hub_us: tuple[float, float] | None = None
+        """Round trip of the fastest ping; this process's clock minus the hub's; microseconds."""
+
+    def take_welcome(self, connection: HubConnection) -> None:
+        """Take the first message of a connection."""
+        welcome = connection.welcome
+        self.token, self.log_seq = str(welcome["token"]), int(welcome["log_seq"])
+        self._tally.indices.add(int(welcome["index"]))
+        self._tally.connections += 1
+        if self._scripted is not None:
+            self._scripted.take_whole(welcome["state"]["objects"])
+
+    async def take(self, connection: HubConnection, message: dict[str, Any] | bytes) -> str:
+        """Take a message; return the hub's goodbye, empty where it is none."""
+        if isinstance(message, bytes):
+            if self.speaking is None or not self.speaking.take_voices(message):
+                self._take_bodies(message)
+        elif message.get("kind") == "bye":
+            return str(message.get("why", "goodbye"))
+        else:
+            await self._take_text(connection, message)
+        return ""
+
+    def _take_bodies(self, data: bytes) -> None:
+        tally, now_us = self._tally, self._now_ns() // 1000
+        try:
+            bodies = unpack_bodies(data)
+            for index, body in bodies:
+                _version, _kind, _flags, seq, t_us = HEADER.unpack_from(body)
+                if seq % DECODED_EVERY == 0:
+                    decode_body(body)
+                if index in tally.indices:
+                    tally.hand.add((now_us - t_us) / 1000)
+        except (WireError, struct.error):
+            tally.unreadable += 1
+            return
+        tally.received += len(bodies)
+
+    async def _take_text(self, connection: HubConnection, said: dict[str, Any]) -> None:
+        tally, now_us = self._tally, self._now_ns() / 1000
+        match said.get("kind"):
+            case "state":
+                tally.states += 1
+                if self._scripted is not None:
+                    self._scripted.take(said["objects"])
+                if self._since_hub_us is not None:
+                    tally.state.add((now_us - self._since_hub_us[1] - said["t_us"]) / 1000)
+                await connection.send({"kind": "seen", "version": said["version"]})
+            case "log":
+                tally.log += 1
+                self.log_seq = int(said["seq"])
+            case "pong":
+                trip_us = now_us - said["t_us"]
+                if self._since_hub_us is None or trip_us <= self._since_hub_us[0]:
+                    middle_us = 0.5 * (now_us + said["t_us"])
+                    self._since_hub_us = (trip_us, middle_us - said["hub_t_us"])
+            case "answer":
+                if self.speaking is not None:
+                    await self.speaking.take_answer(said)
+            case "token":
+                self.token = str(said["token"])
+            case "done":
+                tally.done += 1
+            case "refused":
+                tally.refused += 1
+            case _:
+                return
