@@ -23,7 +23,7 @@ from sim.headset.connection import (
     pair,
 )
 from sim.headset.device import SAY_S, QuestDevice
-from sim.headset.doings import doings
+from sim.headset.doings import Box, Doing, Message, doings, erased
 from sim.headset.faults import HeadsetFault, HeadsetState, headset_state
 from sim.headset.hearing import Hearing
 from sim.headset.moves import Moves, filmed, place_in_film
@@ -108,7 +108,7 @@ class HeadsetClient:
         self._hearing = Hearing(tally, self._scripted, now_ns=now_ns)
         self._room = RoomDownload(http, plan.address)
         self._rest: asyncio.Task[None] | None = None
-        self._joined_ns = self._seq = 0
+        self._joined_ns = self._seq = self._boxes = 0
 
     async def join(self, code: str) -> HubConnection:
         """Fetch the page, pair, fetch what the room is recognised by, and connect.
@@ -314,9 +314,9 @@ class HeadsetClient:
         number, last = 0, None
         for doing in doings(rights, sorted(welcome["state"]["objects"]), seed=seed):
             await asyncio.sleep((DRAW_EVERY_S - DRAW_S) * (0.5 + float(self._random.random())))
-            if last is not None:
+            for message in self._endings(last):
                 number += 1
-                await connection.send({"kind": "do", "id": number, **last.end()})
+                await connection.send({"kind": "do", "id": number, **message})
             for _ in range(max(2, round(DRAW_S * DRAW_HZ))):
                 await asyncio.sleep(1.0 / DRAW_HZ)
                 if self._faults().shows_body:
@@ -326,6 +326,19 @@ class HeadsetClient:
             last = doing
         await asyncio.Event().wait()  # somebody who may do nothing looks on
         return ""
+
+    def _endings(self, last: Doing | None) -> list[Message]:
+        """Return what ends a doing, and takes away what others have given.
+
+        Every other box is handed to somebody, where somebody is there.
+        """
+        messages: list[Message] = [erased(key) for key in self._hearing.gifts]
+        if isinstance(last, Box):
+            self._boxes += 1
+            if takers := self._hearing.takers if self._boxes % 2 else ():
+                taker = takers[int(self._random.integers(len(takers)))]
+                return [*messages, last.given(taker)]
+        return messages if last is None else [*messages, last.end()]
 
     async def _draw_as_scripted(self, connection: HubConnection, person: ScriptedPerson) -> None:
         """Send lines as they grow, for ever."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +17,9 @@ if TYPE_CHECKING:
 
 DECODED_EVERY = 100
 """One in so many bodies that come is read in full, chosen: a defect shows within a second."""
+
+MAX_GIFTS = 64
+"""Shapes that one person may have."""
 
 HEADER = struct.Struct("<BBHIQ")
 """Version, kind, flags, number and device time of a body in bytes."""
@@ -33,6 +37,8 @@ class Hearing:
         token: the newest one, to come back with.
         log_seq: number of the newest entry of the log.
         speaking: of somebody who does; None meanwhile.
+        takers: ids of the others to whom shapes can be given.
+        gifts: names of shapes that somebody has given them, the oldest first.
     """
 
     def __init__(
@@ -41,6 +47,9 @@ class Hearing:
         self._tally, self._scripted, self._now_ns = tally, scripted, now_ns
         self.token, self.log_seq = "", 0
         self.speaking: Speaking | None = None
+        self.takers: tuple[str, ...] = ()
+        self.gifts: deque[str] = deque(maxlen=MAX_GIFTS)
+        self._you = ""
         self._since_hub_us: tuple[float, float] | None = None
         """Round trip of the fastest ping; this process's clock minus the hub's; microseconds."""
 
@@ -50,6 +59,8 @@ class Hearing:
         self.token, self.log_seq = str(welcome["token"]), int(welcome["log_seq"])
         self._tally.indices.add(int(welcome["index"]))
         self._tally.connections += 1
+        self._you = str(welcome["you"])
+        self._take_people(welcome["people"])
         if self._scripted is not None:
             self._scripted.take_whole(welcome["state"]["objects"])
 
@@ -63,6 +74,19 @@ class Hearing:
         else:
             await self._take_text(connection, message)
         return ""
+
+    def _take_people(self, people: list[dict[str, Any]]) -> None:
+        self.takers = tuple(p["id"] for p in people if p["takes"] and p["id"] != self._you)
+
+    def _take_shape(self, entry: dict[str, Any]) -> None:
+        key = str(entry["primitive"])
+        is_gift = (
+            entry["by"] == self._you and entry["shape"] and not key.startswith(f"{self._you}/")
+        )
+        if is_gift and key not in self.gifts:
+            self.gifts.append(key)
+        elif not is_gift and key in self.gifts:
+            self.gifts.remove(key)
 
     def _take_bodies(self, data: bytes) -> None:
         tally, now_us = self._tally, self._now_ns() // 1000
@@ -92,6 +116,10 @@ class Hearing:
             case "log":
                 tally.log += 1
                 self.log_seq = int(said["seq"])
+                if said["op"] == "primitive":
+                    self._take_shape(said)
+            case "people":
+                self._take_people(said["people"])
             case "pong":
                 trip_us = now_us - said["t_us"]
                 if self._since_hub_us is None or trip_us <= self._since_hub_us[0]:
