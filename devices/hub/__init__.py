@@ -2,11 +2,10 @@
 
 `server.py` (all that the program asks) with `contract.py` (settings and values); `port.py`
 (connections), `site.py` (HTTP), `connection.py` (one client's WebSocket). Below them no socket:
-`session.py` (what is shared), `deciding.py` (what people may change, and what becomes of it) with
-`inbox.py` (what the program takes), `attendance.py` (people and their headsets), `roles.py`
-(rights), `elsewhere.py` (people of other hubs), `outbox.py` (what waits for a client) on
-`channels.py` (states, log, bodies, and the texts of rights and people) and `mesh.py` (surfaces that hide);
-`messages.py` `fields.py` (text read and checked), `wire.py`
+`session.py` (what is shared), `attendance.py` (people and their headsets), `roles.py` (rights),
+`elsewhere.py` (people of other hubs), `outbox.py` (what waits for a client) on `channels.py`
+(states, log, bodies, and the texts of rights and people) and `mesh.py` (surfaces that hide),
+`inbox.py` (what the program takes); `messages.py` `fields.py` (text read and checked), `wire.py`
 (head, hands and controllers in bytes). Rooms: `entry/` (codes, tokens, certificates), `entities/`
 (what people draw and put, and undo), `media/` (voice, video).
 """

@@ -25,8 +25,8 @@ from devices.hub.channels import (
     whole_text,
 )
 from devices.hub.contract import Arrived
-from devices.hub.deciding import Deciding
 from devices.hub.elsewhere import Elsewhere, Others
+from devices.hub.entities.deciding import Deciding
 from devices.hub.entities.drawn import Drawn
 from devices.hub.entry.admission import Admission, Refused
 from devices.hub.entry.pairing import PairingCodes, PairingRefused

@@ -9,8 +9,8 @@ from typing import Protocol
 
 from devices.clock import Clock
 from devices.hub.contract import Arrived
-from devices.hub.deciding import Deciding
 from devices.hub.elsewhere import Elsewhere
+from devices.hub.entities.deciding import Deciding
 from devices.hub.entities.drawn import Drawn
 from devices.hub.mesh import Cell, MeshChannel
 from devices.hub.messages import Do
@@ -190,7 +190,7 @@ class SharedRoom:
             others = self._people.everybody()
         if hub is not None:
             hub.meet(others, way=SITES)
-        self._decide(hub, others, state)
+        self._decide(hub, others, state=state)
         own = () if hub is None else hub.people()
         bodies = [] if hub is None else [(p.person_id, body) for p, body in hub.bodies()]
         others += [] if hub is None else hub.elsewhere(but=SITES)
@@ -200,7 +200,7 @@ class SharedRoom:
         about = replace(self._about, people=len(own) + len(others))
         self._source.beat(self._clock.now_ns(), about.fields())
 
-    def _decide(self, hub: LocalHub | None, others: list[Elsewhere], state: SceneState) -> None:
+    def _decide(self, hub: LocalHub | None, others: list[Elsewhere], *, state: SceneState) -> None:
         """Carry out what people of sites ask of shapes, and answer: by the hub, if there is one."""
         now_ns = self._clock.now_ns()
         people = {each.person.person_id: each.person for each in others}
