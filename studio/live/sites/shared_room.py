@@ -183,7 +183,7 @@ class SharedRoom:
         self._tell_mesh()
         hub = self._hub()
         with self._lock:
-            self._deciding.publish(state)
+            self._deciding.publish(SceneState(primitives=state.primitives))
             for news in self._follower.take():
                 self._people.take(news)
                 self._decisions.take(news, self._clock.now_ns())

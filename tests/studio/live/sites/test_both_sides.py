@@ -91,7 +91,7 @@ def play(building, script):
     """Run a script of people at both hubs, while the session goes on."""
 
     async def until(happened):
-        end = asyncio.get_running_loop().time() + 5.0
+        end = asyncio.get_running_loop().time() + 15.0
         while not happened():
             assert asyncio.get_running_loop().time() < end, "it did not happen in time"
             building.turn()

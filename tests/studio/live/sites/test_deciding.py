@@ -111,6 +111,31 @@ def test_a_site_whose_room_is_away_refuses(building):
     play(building, script)
 
 
+def test_shapes_over_a_router_whose_link_is_cut_and_healed(routed):
+    building, network = routed
+
+    async def script(here, there, until):
+        await until(lambda: len(there.people) == len(here.people) == 2)
+        assert await there.answered(until, op="primitive", primitive="b", **at(1)) == "done"
+        assert await there.answered(until, op="primitive", primitive="c", **at(2)) == "done"
+        await until(lambda: len(here.shapes) == 2)
+        network.split()
+        await there.do(id=99, op="primitive", primitive="b", **at(5))
+        await until(lambda: len(here.people) == 1)
+        take = {"op": "give", "primitive": "north.p1/b", "to": "p1"}
+        assert await here.answered(until, **take) == "done"
+        network.heal()
+        await until(lambda: len(here.people) == 2 and 99 in there.answers)
+        owners = {"p1/b": "hall-3.p1", "p1/c": "p1"}
+        await until(lambda: {key: it["by"] for key, it in there.shapes.items()} == owners)
+        assert here.shapes["north.p1/b"]["pose"] == there.shapes["p1/b"]["pose"]
+        moved = {"op": "primitive", "primitive": "c", **at(7)}
+        assert await there.answered(until, **moved) == "done"
+        assert here.shapes["north.p1/c"]["pose"][0] == 7
+
+    play(building, script)
+
+
 def test_a_room_without_a_hub_decides_as_well(building):
     building.room._hub, building.room._inner = (lambda: None), None
 
