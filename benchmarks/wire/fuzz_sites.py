@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from benchmarks.wire.fuzz_people import PeopleTarget
-from devices.hub.roles import Person, Role
+from devices.hub.entities.drawn import drawn_entity
+from devices.hub.messages import Do, Wish
+from devices.hub.roles import Op, Person, Role
 from devices.sites.channels import SiteBytesError
 from devices.sites.drawn import pack_item, read_item
 from devices.sites.objects import pack_objects, read_object, read_objects
 from devices.sites.people import pack_bodies, pack_people, read_bodies, read_people
 from devices.sites.pictures import pack_picture, read_picture
+from devices.sites.wishes import Answers, pack_answers, pack_wish, read_answers, read_wish
 from devices.transport.wire import (
     Beat,
     Entries,
@@ -28,7 +32,7 @@ from devices.transport.wire import (
     read_value,
 )
 from scenes.pose import Pose
-from scenes.state import Annotation, LiveSurface, TrackedObject, TrackState
+from scenes.state import Annotation, LiveSurface, SharedPrimitive, TrackedObject, TrackState
 from sim.wire.people_messages import valid_bodies
 
 LIMIT = 8
@@ -44,6 +48,9 @@ def site_targets() -> Mapping[str, PeopleTarget]:
     chair = TrackedObject("chair", 7, pose, np.eye(4), 1.0, TrackState.TRACKED, 0.9, 3)
     line = Annotation("p1/a", "p1", np.ones((3, 3)), (1.0, 0.5, 0.0))
     surface = LiveSurface("p1/s", np.ones((4, 3)), (640, 480), "camera")
+    shape = SharedPrimitive("p1/b", "p1", "box", (0.3, 0.3, 0.3), (1.0, 0.5, 0.0), pose)
+    put = Do(7, Op.PRIMITIVE, drawn_entity(shape))
+    wishes = (Wish("p1", put), Wish("p1", replace(put, op=Op.GIVE, to="p2")))
     people = [Person("p1", 1, "Anna", Role.REMOTE), Person("p2", 2, "Ben", Role.SPECTATOR)]
     bodies = pack_bodies(zip(("p1", "p2"), valid_bodies(), strict=True))
     beat = Beat(5, 10**9, 4, {"objects": 3}, {"drawn": 4}, {"scene": "lab"})
@@ -65,8 +72,23 @@ def site_targets() -> Mapping[str, PeopleTarget]:
             lambda data: read_item("surface:a", data),
             refused,
         ),
+        "shapes of a room": (
+            (pack_item(shape),),
+            lambda data: read_item("shape:a", data),
+            refused,
+        ),
+        "wishes of a site": (
+            tuple(pack_wish(each, room_epoch=5) for each in wishes),
+            lambda data: read_wish(data, room_epoch=5),
+            refused,
+        ),
+        "answers to wishes": (
+            (pack_answers(Answers(6, 12, {13: "Ben has it"})),),
+            read_answers,
+            refused,
+        ),
         "names of items": (
-            (b"line:p1/a", b"surface:p1/s"),
+            (b"line:p1/a", b"surface:p1/s", b"shape:p1/b"),
             lambda data: read_item(data.decode("utf-8", "replace"), b""),
             refused,
         ),

@@ -28,6 +28,9 @@ together."""
 TEXTS_HZ, TEXTS_BURST = 200.0, 400.0
 """Texts that a person may send: acknowledgements of 60 states, operations, and room above."""
 
+SHOWN_NS = 2 * 10**9
+"""Age of a body at which a person is hidden, two seconds."""
+
 OPS_HZ, OPS_BURST = 40.0, 80.0
 """Operations that a person may ask for: a line that grows at 30 Hz."""
 
@@ -177,6 +180,16 @@ class Attendance:
         """Return somebody; None where nothing of them is known."""
         return self._guests.get(person_id)
 
+    def known(self, person_id: str) -> Guest:
+        """Return somebody.
+
+        Raises:
+            KeyError: nothing of them is known.
+        """
+        if person_id not in self._guests:
+            raise KeyError(f"hub: nobody is {person_id!r}, see people()")
+        return self._guests[person_id]
+
     def remove(self, person_id: str) -> None:
         """Forget somebody."""
         self._guests.pop(person_id, None)
@@ -199,6 +212,11 @@ class Attendance:
         for guest in left:
             guest.is_gone = True
         return left
+
+    def shown(self, now_ns: int) -> list[tuple[Person, bytes]]:
+        """Return everybody who shows a body, and the newest of each."""
+        here, since_ns = self.listed(now_ns), now_ns - SHOWN_NS
+        return [(each.person, each.body) for each in here if each.body and each.body_ns >= since_ns]
 
     def headsets(self, now_ns: int) -> tuple[PageHeadset, ...]:
         """Return headsets of who is here, or may come back any moment."""

@@ -217,6 +217,12 @@ def _joined(texts: Mapping[str, str]) -> str:
     return "{" + ",".join(f"{json.dumps(name)}:{text}" for name, text in texts.items()) + "}"
 
 
+def answer_fields(op_id: str | int | None, why: str = "") -> dict[str, Any]:
+    """Return the message that an operation was done, or refused and why."""
+    said = {"kind": "refused", "id": op_id, "why": why}
+    return said if why else {"kind": "done", "id": op_id}
+
+
 def rights_of(person: Person, pen: Pen) -> list[str]:
     """Return what somebody may do now, as they are told."""
     return [*pen.rights(person), *([SPEAK] if may_speak(person) else [])]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import socket
 import struct
+from collections.abc import Callable
 from contextlib import suppress
 
 from aiohttp import WSCloseCode, WSMessage, WSMsgType, web
@@ -50,7 +51,7 @@ class Connection:
         peers: all connections, this one among them.
     """
 
-    def __init__(self, session: Session, *, clock: Clock, peers: set[Connection]) -> None:
+    def __init__(self, session: Session, *, clock: Clock, peers: Peers) -> None:
         self._session, self._clock, self._peers = session, clock, peers
         self._socket = web.WebSocketResponse(
             autoping=False, compress=False, max_msg_size=MAX_TEXT_BYTES, writer_limit=1, timeout=2.0
@@ -103,7 +104,7 @@ class Connection:
             await self._say_goodbye(str(error))
             return self._socket
         self._outbox = visit.outbox
-        self._wake_all()
+        self._peers.wake()
         sender = asyncio.ensure_future(self._send_all(visit.outbox))
         try:
             await self._hear_all(visit)
@@ -111,7 +112,7 @@ class Connection:
             with self._session.lock:
                 self._session.leave(visit, self._clock.now_ns())
             self._outbox = None
-            self._wake_all()
+            self._peers.wake()
             sender.cancel()
             with suppress(asyncio.CancelledError):
                 await sender
@@ -149,12 +150,12 @@ class Connection:
             with session.lock:
                 is_news = session.hear_voice(visit, message.data, now_ns=now_ns)
             if is_news or visit.outbox.is_ending:
-                self._wake_all()
+                self._peers.wake()
         elif message.type is WSMsgType.BINARY:
             with session.lock:
                 is_news = session.see_body(visit, message.data, now_ns=now_ns)
             if is_news:
-                for peer in self._peers:
+                for peer in self._peers.connections:
                     if peer is not self:
                         peer.wake_for_bodies(now_ns)
             elif visit.outbox.is_ending:
@@ -163,7 +164,7 @@ class Connection:
             with session.lock:
                 is_news = session.hear(visit, message.data, now_ns=now_ns)
             if is_news:
-                self._wake_all()
+                self._peers.wake()
             else:
                 self.wake()
         elif message.type is WSMsgType.PING:
@@ -213,10 +214,6 @@ class Connection:
             self._pinged_ns = now_ns
             await self._socket.ping(_STAMP.pack(now_ns))
 
-    def _wake_all(self) -> None:
-        for peer in self._peers:
-            peer.wake()
-
     def _end_pause(self) -> None:
         self._timer = None
         self._news.set()
@@ -225,6 +222,48 @@ class Connection:
         with suppress(ConnectionError, RuntimeError):
             await self._socket.send_str(to_text({"kind": "bye", "why": why}))
             await self._socket.close(code=WSCloseCode.POLICY_VIOLATION)
+
+
+class Peers:
+    """Connections of a hub. They are woken on their loop; `soon` is said on any thread.
+
+    Args:
+        clock: session time.
+
+    Attributes:
+        connections: those that are there.
+        loop: on which they are; None before it runs.
+    """
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self.connections: set[Connection] = set()
+        self.loop: asyncio.AbstractEventLoop | None = None
+
+    def wake(self) -> None:
+        """Let every one look at what is to be sent."""
+        for connection in self.connections:
+            connection.wake()
+
+    def wake_soon(self) -> None:
+        """Let every one look soon."""
+        self.call_soon(self.wake)
+
+    def wake_for_bodies_soon(self) -> None:
+        """Let every one look at bodies soon."""
+        self.call_soon(self._wake_for_bodies)
+
+    def call_soon(self, call: Callable[[], None]) -> None:
+        """Call something on the loop; not at all where it does not run."""
+        loop = self.loop
+        if loop is not None and not loop.is_closed():
+            with suppress(RuntimeError):  # it closed in between
+                loop.call_soon_threadsafe(call)
+
+    def _wake_for_bodies(self) -> None:
+        now_ns = self._clock.now_ns()
+        for connection in self.connections:
+            connection.wake_for_bodies(now_ns)
 
 
 def _keep_little_waiting(transport: asyncio.Transport) -> None:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from devices.hub.messages import Wish
 from devices.hub.roles import Role
 from devices.messages import VoicePacket
 from scenes.state import Annotation, Avatar, LiveSurface, Placed
@@ -74,6 +75,7 @@ class Arrived:
         placed: primitives and proposals, likewise; see `scenes.state.is_there`.
         events: (kind, text) of who came, left, was refused.
         voices: what was heard; none unless it is recorded.
+        wishes: of a site's people, for the room that decides whose shapes are.
     """
 
     avatars: tuple[Avatar, ...] = ()
@@ -82,6 +84,7 @@ class Arrived:
     placed: tuple[Placed, ...] = ()
     events: tuple[tuple[str, str], ...] = ()
     voices: tuple[VoicePacket, ...] = ()
+    wishes: tuple[Wish, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,7 +1,4 @@
-"""People who are in the session another way than by this hub: shown and listed here.
-
-Those of other hubs no more than that; a headset's wearer can have shapes as well.
-"""
+"""People who are in the session another way than by this hub: shown and listed, given shapes."""
 
 from __future__ import annotations
 
@@ -75,6 +72,10 @@ class Others:
     def people(self) -> tuple[Person, ...]:
         """Return who they are."""
         return tuple(self._people.values())
+
+    def by_other_ways(self, way: str) -> list[Elsewhere]:
+        """Return those who are here by any way but one."""
+        return [each for key, those in self._ways.items() if key != way for each in those]
 
     def find(self, person_id: str) -> Person:
         """Return one of them.

@@ -10,8 +10,12 @@ from typing import Any, NoReturn, cast
 MAX_COUNT = 2**53
 """Largest whole number that every JSON reader keeps."""
 
-ID = re.compile(r"[A-Za-z0-9_.-]{1,40}(?:/[A-Za-z0-9_.-]{1,40})?")
-"""Name that a client gives a thing, an operation or a drag."""
+PERSON = re.compile(r"[A-Za-z0-9_.-]{1,120}")
+"""Id of a person: a room's name, a site's and the hub's own, with dots between."""
+
+ID = re.compile(rf"(?:{PERSON.pattern}/)?[A-Za-z0-9_.-]{{1,40}}")
+"""Name that a client gives an entity, an operation or a drag; an entity's may begin with its
+maker's id."""
 
 
 class MessageError(ValueError):

@@ -7,7 +7,7 @@ from enum import StrEnum
 from typing import Any
 
 from devices.hub.entities.drawn import Drawn
-from devices.hub.entities.reading import read_drawn, read_key
+from devices.hub.entities.reading import read_drawn, read_key, read_person
 from devices.hub.fields import (
     MessageError,
     read_count,
@@ -90,6 +90,14 @@ class Do:
     to: str = ""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Wish:
+    """An operation on a shape, by its name in full, and who asks their site's room for it."""
+
+    person_id: str
+    do: Do
+
+
 class Immersion(StrEnum):
     """Way in which a headset shows the room."""
 
@@ -144,7 +152,7 @@ def read_message(text: str) -> Message | None:
     if kind == "ping":
         return Ping(read_number(fields.get("t_us"), "t_us"))
     if kind == "do":
-        return _read_do(fields)
+        return read_do(fields)
     if kind == "device":
         return read_device(fields)
     if not isinstance(kind, str):
@@ -192,7 +200,13 @@ def clean_name(value: object) -> str:
     return " ".join(printable.split())[:MAX_NAME].strip() or "somebody"
 
 
-def _read_do(fields: dict[str, Any]) -> Do:
+def read_do(fields: dict[str, Any]) -> Do:
+    """Return an operation.
+
+    Raises:
+        MessageError: it has no name.
+        OpError: a field is wrong.
+    """
     op_id = read_label(fields.get("id"))
     if op_id is None:
         raise MessageError("do: id: wanted a number or a short text")
@@ -202,7 +216,7 @@ def _read_do(fields: dict[str, Any]) -> Do:
             raise MessageError("drag: wanted a number or a short text")
         if op is Op.GIVE:
             given = Drawn(Op.PRIMITIVE, read_key(fields, "primitive"), "")
-            return Do(op_id, op, given, to=read_key(fields, "to"))
+            return Do(op_id, op, given, to=read_person(fields, "to"))
         return Do(op_id, op, None if op is Op.UNDO else read_drawn(op, fields), drag)
     except ValueError as error:  # MessageError is one
         raise OpError(str(error), op_id=op_id) from None

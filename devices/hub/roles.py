@@ -57,7 +57,6 @@ class Person:
         has_pen: whether they alone may draw: the operator has given them the pen.
         has_microphone: whether theirs is on.
         is_speaking: whether they are heard.
-        is_taker: whether shapes can be given to them: not to people of other sites.
         is_yielding: whether whoever asks gets what is theirs: of a headset's wearer without a page.
     """
 
@@ -71,7 +70,6 @@ class Person:
     has_pen: bool = False
     has_microphone: bool = False
     is_speaking: bool = False
-    is_taker: bool = True
     is_yielding: bool = False
 
     @property
@@ -87,7 +85,7 @@ def may_speak(person: Person) -> bool:
 
 def can_have_shapes(person: Person) -> bool:
     """Return whether somebody can be given a shape."""
-    return person.is_taker and Op.PRIMITIVE in RIGHTS[person.role]
+    return Op.PRIMITIVE in RIGHTS[person.role]
 
 
 @dataclass(slots=True)

@@ -8,15 +8,16 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future
 from contextlib import suppress
 from dataclasses import replace
-from typing import Any
+from typing import Any, TypeVar
 
 from aiohttp import web
 
 from devices.clock import Clock
 from devices.hub.attendance import PageHeadset
-from devices.hub.connection import Connection
+from devices.hub.connection import Connection, Peers
 from devices.hub.contract import Arrived, Asset, HubCounts, HubSettings, Invitation
 from devices.hub.elsewhere import Elsewhere
+from devices.hub.entities.drawn import Drawn
 from devices.hub.entry.certificates import Certificates, keep_certificates, lan_addresses
 from devices.hub.entry.pairing import PairingCodes
 from devices.hub.entry.tokens import Tokens
@@ -24,7 +25,7 @@ from devices.hub.inbox import Avatars
 from devices.hub.media.link import MediaLink, is_available
 from devices.hub.media.voice_room import link_to
 from devices.hub.mesh import Cell
-from devices.hub.messages import Do
+from devices.hub.messages import Do, Wish
 from devices.hub.port import Port, address_of, own_names, tls_of
 from devices.hub.roles import Person, Role
 from devices.hub.session import Session
@@ -33,6 +34,8 @@ from devices.hub.wire import pack_picture
 from scenes.mesh import CollisionMesh
 from scenes.state import SceneState
 from scenes.workers.task import Task
+
+T = TypeVar("T")
 
 START_S = 10.0
 """Longest time to open a port."""
@@ -98,9 +101,8 @@ class Hub:
         self._media: MediaLink | None = None
         self._certificates: Certificates | None = None
         self._task: Task[None] | None = None
-        self._loop: asyncio.AbstractEventLoop | None = None
         self._ending: asyncio.Event | None = None
-        self._connections: set[Connection] = set()
+        self._peers = Peers(clock)
         self._newest: SceneState | None = None
         self._avatars = Avatars()
         self._port = settings.port
@@ -129,7 +131,7 @@ class Hub:
                 lock=self._session.lock,
                 now_ns=self._clock.now_ns,
                 say=self._say,
-                wake=lambda: self._call_soon(self._wake_all),
+                wake=self._peers.wake_soon,
             )
         listening: Future[int] = Future()
 
@@ -151,10 +153,10 @@ class Hub:
 
     def close(self) -> None:
         """Say goodbye to everybody and free the port. Harmless when it is closed."""
-        task, loop, ending = self._task, self._loop, self._ending
-        if task is None or loop is None or ending is None:
+        task, ending = self._task, self._ending
+        if task is None or ending is None:
             return
-        self._call_soon(ending.set)
+        self._peers.call_soon(ending.set)
         if self._media is not None:
             self._media.close()
         task.join(CLOSE_S)
@@ -197,29 +199,42 @@ class Hub:
             self._take_newest()  # a surface reaches everybody before its picture
             self._session.pictures.put(surface_id, message)
             self._session.media.show(surface_id, jpeg)
-        self._call_soon(self._wake_all)
+        self._peers.wake_soon()
 
     def take(self) -> Arrived:
         """Return what people have sent since the last call."""
         with self._session.lock:
             arrived = self._session.take()
-            bodies = self._session.shown(self._clock.now_ns())
+            bodies = self._session.attendance.shown(self._clock.now_ns())
         return replace(arrived, avatars=self._avatars.of(bodies))
 
     def meet(self, others: Sequence[Elsewhere], *, way: str = "sites") -> None:
         """Show people who are in the session another way: these, and nobody else by that way."""
         with self._session.lock:
             self._session.meet(others, self._clock.now_ns(), way=way)
-        self._call_soon(self._wake_for_bodies)
+        self._peers.wake_for_bodies_soon()
 
-    def act(self, person_id: str, do: Do) -> None:
-        """Do what somebody asks who is here another way, or OpError: such as a headset's wearer."""
-        self._change(lambda session, now_ns: session.act(person_id, do, now_ns=now_ns))
+    def elsewhere(self, *, but: str) -> list[Elsewhere]:
+        """Return people who are in the session by another way than this hub, and than that one."""
+        with self._session.lock:
+            return self._session.others.by_other_ways(but)
+
+    def act(self, person_id: str, do: Do) -> Drawn | None:
+        """Do what somebody asks who is here another way, or OpError; return what comes of it."""
+        return self._change(lambda session, now_ns: session.act(person_id, do, now_ns=now_ns))
+
+    def be_site(self) -> None:
+        """Leave shapes to the room of which this is a site, from now on: see `Arrived.wishes`."""
+        self._change(lambda session, _now_ns: setattr(session.deciding, "is_site", True))
+
+    def answer(self, wish: Wish, why: str = "") -> None:
+        """Let somebody learn what the room has decided of their wish: why not, if it has not."""
+        self._change(lambda session, now_ns: session.answer(wish, why, now_ns=now_ns))
 
     def bodies(self) -> list[tuple[Person, bytes]]:
         """Return this hub's own people who show a body, and the newest of each."""
         with self._session.lock:
-            return self._session.shown(self._clock.now_ns())
+            return self._session.attendance.shown(self._clock.now_ns())
 
     def people(self) -> tuple[Person, ...]:
         """Return who is here by this hub, and who may come back."""
@@ -274,10 +289,12 @@ class Hub:
         """Let surfaces hide what is behind them for everybody: cells that changed, world metres."""
         self._change(lambda session, _now_ns: session.mesh.take(cells))
 
-    def _change(self, change: Callable[[Session, int], None]) -> None:
+    def _change(self, change: Callable[[Session, int], T]) -> T:
         with self._session.lock:
-            change(self._session, self._clock.now_ns())
-        self._call_soon(self._wake_all)
+            self._take_newest()  # a change is of what everybody has seen
+            found = change(self._session, self._clock.now_ns())
+        self._peers.wake_soon()
+        return found
 
     def counts(self) -> HubCounts:
         """Return figures since the start."""
@@ -305,7 +322,7 @@ class Hub:
         tls = None if self._certificates is None else tls_of(self._certificates)
         port = Port(server, tls)
         self._port = port.open(self._settings.host, self._settings.port)
-        self._loop = loop
+        self._peers.loop = loop
         listening.set_result(self._port)
         self._say(f"people: the hub listens at {self.url}")
         looking = asyncio.ensure_future(self._look_for_states())
@@ -314,9 +331,9 @@ class Hub:
         await port.close()
         with self._session.lock:
             self._session.end()
-        self._wake_all()
+        self._peers.wake()
         deadline = loop.time() + GOODBYE_S
-        while self._connections and loop.time() < deadline:
+        while self._peers.connections and loop.time() < deadline:
             await asyncio.sleep(0.01)
         await server.shutdown(GOODBYE_S)
 
@@ -333,9 +350,9 @@ class Hub:
     def _look_around(self, now_ns: int) -> None:
         with self._session.lock:
             self._session.tick(now_ns)
-        for connection in list(self._connections):
+        for connection in list(self._peers.connections):
             connection.check(now_ns)
-        self._wake_all()
+        self._peers.wake()
 
     def _try(self, call: Callable[[], None]) -> None:
         """Do something again and again, of which one time may fail: the others count."""
@@ -348,24 +365,22 @@ class Hub:
         while True:
             self._try(self._publish)
             self._try(self._look_at_voices)
-            await asyncio.sleep(LOOK_S if self._connections else IDLE_LOOK_S)
+            await asyncio.sleep(LOOK_S if self._peers.connections else IDLE_LOOK_S)
 
     async def _talk(self, request: web.BaseRequest, address: str) -> web.StreamResponse:
         if not web.WebSocketResponse().can_prepare(request):
             return web.Response(status=426, text="a WebSocket", headers=HEADERS)
         self._try(self._publish)
-        connection = Connection(self._session, clock=self._clock, peers=self._connections)
-        self._connections.add(connection)
+        connection = Connection(self._session, clock=self._clock, peers=self._peers)
+        self._peers.connections.add(connection)
         try:
             return await connection.serve(request, address)
         finally:
-            self._connections.discard(connection)
+            self._peers.connections.discard(connection)
 
     def _publish(self) -> None:
         if self._newest is not None:
-            with self._session.lock:
-                self._take_newest()
-            self._wake_all()
+            self._change(lambda _session, _now_ns: None)
 
     def _take_newest(self) -> None:
         """Hand the newest state to the session, whose lock is held."""
@@ -377,22 +392,7 @@ class Hub:
         with self._session.lock:
             has_changed = self._session.tell_speaking(self._clock.now_ns())
         if has_changed:
-            self._wake_all()
-
-    def _wake_all(self) -> None:
-        for connection in self._connections:
-            connection.wake()
-
-    def _wake_for_bodies(self) -> None:
-        now_ns = self._clock.now_ns()
-        for connection in self._connections:
-            connection.wake_for_bodies(now_ns)
-
-    def _call_soon(self, call: Callable[[], None]) -> None:
-        loop = self._loop
-        if loop is not None and not loop.is_closed():
-            with suppress(RuntimeError):  # it closed in between
-                loop.call_soon_threadsafe(call)
+            self._peers.wake()
 
     def _say_defect(self, _loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
         error = context.get("exception")

@@ -17,6 +17,7 @@ from devices.hub.channels import (
     LogChannel,
     PictureChannel,
     StateChannel,
+    answer_fields,
     people_of,
     rights_text,
     to_text,
@@ -25,20 +26,28 @@ from devices.hub.channels import (
 )
 from devices.hub.contract import Arrived
 from devices.hub.elsewhere import Elsewhere, Others
-from devices.hub.entities.board import Board
-from devices.hub.entities.drawn import drawn_by_room
+from devices.hub.entities.deciding import Deciding
+from devices.hub.entities.drawn import Drawn
 from devices.hub.entry.admission import Admission, Refused
 from devices.hub.entry.pairing import PairingCodes, PairingRefused
 from devices.hub.entry.rates import refusal_lines
 from devices.hub.entry.tokens import Tokens
 from devices.hub.fields import MessageError
-from devices.hub.inbox import Inbox
 from devices.hub.media.signals import MediaSignal, OfferSignal
 from devices.hub.media.voice_room import VoiceRoom
 from devices.hub.mesh import MeshChannel
-from devices.hub.messages import DeviceSaid, Do, Hello, OpError, Ping, Seen, read_message
+from devices.hub.messages import (
+    DeviceSaid,
+    Do,
+    Hello,
+    OpError,
+    Ping,
+    Seen,
+    Wish,
+    read_message,
+)
 from devices.hub.outbox import Outbox, Sent
-from devices.hub.roles import Op, Pen, Person, Role, can_hold_pen
+from devices.hub.roles import Op, Person, Role, can_hold_pen
 from devices.hub.wire import WireError, check_body, head_only
 from scenes.state import SceneState
 
@@ -47,9 +56,6 @@ MAX_FAULTS = 20
 
 RENEW_NS = 5 * 60 * 10**9
 """Age of a token at which a connected person gets a fresh one: a third of its life."""
-
-SHOWN_NS = 2 * 10**9
-"""Age of a body at which a person is hidden, two seconds."""
 
 
 class Session:
@@ -80,9 +86,10 @@ class Session:
         self.sent, self.refused = Sent(), Counter[str]()
         self.media = VoiceRoom(None, is_voice_recorded, lambda kind: self.refused.update((kind,)))
         self._say, self._lines_of_refusals = say, refusal_lines(now_ns)
-        self.attendance, self._board, self._inbox = Attendance(), Board(), Inbox()
+        self.attendance, self.deciding, self.others = Attendance(), Deciding(), Others()
+        self._board, self._inbox = self.deciding.board, self.deciding.inbox
+        self._pen = self.deciding.pen
         self._door = Admission(self.attendance, codes, tokens, max_people)
-        self._others, self._state, self._pen = Others(), SceneState(), Pen()
 
     def pair(self, code: str, *, name: str, address: str, now_ns: int) -> str:
         """Return a token for a code, which is used up.
@@ -165,7 +172,7 @@ class Session:
                 return is_news
         except OpError as error:
             self.refuse(f"{guest.called}: {error}", kind="op", now_ns=now_ns)
-            outbox.put(to_text({"kind": "refused", "id": error.op_id, "why": str(error)}))
+            outbox.put(to_text(answer_fields(error.op_id, str(error))))
         except MessageError as error:
             self.fault(visit, str(error), now_ns=now_ns)
         return False
@@ -215,11 +222,8 @@ class Session:
 
     def publish(self, state: SceneState) -> None:
         """Take the next state of the room; what it has drawn itself goes to the log."""
-        before, self._state = self._state, state
-        for drawn in drawn_by_room(before, state, is_known=self._inbox.recognise):
-            self._inbox.see_end(drawn)
-            if drawn.is_finite and self._board.put(drawn):
-                self._tell_all(self.log.add(drawn.entry()))
+        for drawn in self.deciding.publish(state):
+            self._tell_all(self.log.add(drawn.entry()))
         self.states.take(state)
         self.pictures.keep(state.surfaces.keys())
         self.media.keep_surfaces(state.surfaces.keys())
@@ -242,27 +246,30 @@ class Session:
 
     def meet(self, others: Iterable[Elsewhere], now_ns: int, *, way: str = "sites") -> None:
         """Show people who are in the session another way: these, and nobody else by that way."""
-        if self._others.take(others, self.bodies, way=way):
+        before = {each.person_id for each in self.others.people()}
+        if self.others.take(others, self.bodies, way=way):
+            for gone in before - {each.person_id for each in self.others.people()}:
+                self._board.forget(gone)
             self._tell_people(now_ns)
 
-    def act(self, person_id: str, do: Do, *, now_ns: int) -> None:
-        """Do what somebody asks for who is here another way, such as a headset's wearer.
+    def act(self, person_id: str, do: Do, *, now_ns: int) -> Drawn | None:
+        """Do what somebody asks for who is here another way, or KeyError; see `carry_out`."""
+        return self._carry_out(self.others.find(person_id), do, now_ns=now_ns)
 
-        Raises:
-            KeyError: nobody of that id is here another way.
-            OpError: it cannot be done.
-        """
-        self._carry_out(self._others.find(person_id), do, now_ns=now_ns)
+    def answer(self, wish: Wish, why: str, *, now_ns: int) -> None:
+        """Let somebody learn why the room has refused their wish; empty where it was done."""
+        do, guest = wish.do, self.attendance.find(wish.person_id)
+        if why and do.drawn is not None:
+            self._board.see_refused(wish.person_id, do.drawn.key)
+            self.refuse(
+                f"{guest.called if guest else wish.person_id}: {why}", kind="op", now_ns=now_ns
+            )
+        if guest is not None and guest.outbox is not None:
+            guest.outbox.put(to_text(answer_fields(do.op_id, why)))
 
     def take(self) -> Arrived:
         """Return what people have sent since the last call, without their bodies."""
-        return replace(self._inbox.take(), voices=self.media.take_recorded())
-
-    def shown(self, now_ns: int) -> list[tuple[Person, bytes]]:
-        """Return everybody who shows a body, and the newest of each."""
-        here = self.attendance.listed(now_ns)
-        since_ns = now_ns - SHOWN_NS
-        return [(each.person, each.body) for each in here if each.body and each.body_ns >= since_ns]
+        return replace(self.deciding.take(), voices=self.media.take_recorded())
 
     def change(
         self,
@@ -277,7 +284,7 @@ class Session:
         Raises:
             KeyError: there is no such person.
         """
-        guest = self._find(person_id)
+        guest = self.attendance.known(person_id)
         guest.change(role=role, is_muted=is_muted)
         person = guest.person
         self.media.change(person)
@@ -297,7 +304,7 @@ class Session:
             KeyError: there is no such person.
             ValueError: their role lets them draw nothing.
         """
-        found = self._find(person_id) if person_id else None
+        found = self.attendance.known(person_id) if person_id else None
         if found is not None and not can_hold_pen(found.person):
             raise ValueError(f"hub: {found.person.name} draws nothing as {found.person.role}")
         self._pen.holder = person_id or ""
@@ -318,7 +325,7 @@ class Session:
         Raises:
             KeyError: there is no such person.
         """
-        guest = self._find(person_id)
+        guest = self.attendance.known(person_id)
         self._take_pen(guest, now_ns)
         self.attendance.remove(person_id)
         self._board.forget(person_id)
@@ -357,19 +364,16 @@ class Session:
     def _do(self, visit: Visit, do: Do, *, now_ns: int) -> None:
         if not visit.guest.limits.ops.take(now_ns):
             raise OpError("too many operations at once", op_id=do.op_id)
-        self._carry_out(visit.guest.person, do, now_ns=now_ns)
-        visit.outbox.put(to_text({"kind": "done", "id": do.op_id}))
+        if self._carry_out(visit.guest.person, do, now_ns=now_ns) is not None:
+            visit.outbox.put(to_text(answer_fields(do.op_id)))
 
-    def _carry_out(self, person: Person, do: Do, *, now_ns: int) -> None:
-        if why := self._pen.refusal(person, do.op):
-            raise OpError(why, op_id=do.op_id)
-        if do.drawn is not None and do.drawn.object_id not in ("", *self._state.objects):
-            raise OpError("there is no such object", op_id=do.op_id)
-        drawn = self._board.carry_out(person, do, here=self._everybody(now_ns), now_ns=now_ns)
-        if do.op is Op.GIVE:
-            self._note("given", f"{person.called} gave {drawn.key} to {drawn.name}")
-        self._inbox.draw(drawn)
-        self._tell_all(self.log.add(drawn.entry()))
+    def _carry_out(self, person: Person, do: Do, *, now_ns: int) -> Drawn | None:
+        drawn = self.deciding.carry_out(person, do, here=self._everybody(now_ns), now_ns=now_ns)
+        if drawn is not None:
+            if do.op is Op.GIVE:
+                self._say(f"people: {person.called} gave {drawn.key} to {drawn.name}")
+            self._tell_all(self.log.add(drawn.entry()))
+        return drawn
 
     def _tell_rights(self, guest: Guest) -> None:
         if guest.outbox is not None:
@@ -386,13 +390,7 @@ class Session:
 
     def _everybody(self, now_ns: int) -> tuple[Person, ...]:
         """Return people of this hub and of others."""
-        return (*self.people(now_ns), *self._others.people())
-
-    def _find(self, person_id: str) -> Guest:
-        guest = self.attendance.find(person_id)
-        if guest is None:
-            raise KeyError(f"hub: nobody is {person_id!r}, see people()")
-        return guest
+        return (*self.people(now_ns), *self.others.people())
 
     def _note(self, kind: str, text: str) -> None:
         self._inbox.note(kind, text)

@@ -8,7 +8,13 @@ OBJECTS, PEOPLE, BODIES, PICTURE = "objects", "people", "bodies", "picture"
 """Newest values: all objects, everybody, their bodies, what a surface shows (`picture-3`)."""
 
 DRAWN = "drawn"
-"""Log of lines and surfaces."""
+"""Log of lines, surfaces and shapes; a site's own has no shapes, which the room decides."""
+
+WISHES = "wishes"
+"""Log of what a site's people ask of shapes, an item each until it is answered."""
+
+ANSWERS = "answers"
+"""Log of what a room has decided of them, an item a site."""
 
 HIDDEN = "hidden"
 """Log of a room's surfaces that hide what is behind them, by cell."""

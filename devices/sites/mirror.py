@@ -5,22 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-import numpy as np
-
 from devices.sites.channels import DRAWN, OBJECTS, SiteBytesError
-from devices.sites.drawn import Item, read_item
+from devices.sites.drawn import Item, ended, item_name, read_item
 from devices.sites.objects import read_object, read_objects
 from devices.transport.followed import LogNews, News
-from scenes.state import (
-    Annotation,
-    LiveSurface,
-    SceneState,
-    TrackState,
-    reduce_state,
-)
-
-NOTHING = np.zeros((0, 3))
-"""Points and corners of what is gone."""
+from scenes.state import SceneState, TrackState, reduce_state
 
 
 class Mirror:
@@ -64,30 +53,27 @@ class Mirror:
     def _without_objects(self) -> SceneState:
         """Return what is drawn, in a new state of a later version."""
         state = SceneState(version=self.state.version)
-        for change in (*self.state.surfaces.values(), *self.state.annotations.values()):
+        for change in (
+            *self.state.surfaces.values(),
+            *self.state.annotations.values(),
+            *self.state.primitives.values(),
+        ):
             state = reduce_state(state, change, self.state.t_ns)
         return state
 
     def _take_drawn(self, news: LogNews) -> None:
         state = self.state
-        items: dict[tuple[type, str], Item] = {}
+        items: dict[str, Item] = {}
         for entry in news.entries:
             try:
-                item = read_item(entry.item, entry.data)
+                items[entry.item] = read_item(entry.item, entry.data)
             except SiteBytesError:
                 self.refused += 1
-                continue
-            key = item.annotation_id if isinstance(item, Annotation) else item.surface_id
-            items[(type(item), key)] = item
         if news.is_whole:
-            for key, line in state.annotations.items():
-                if (Annotation, key) not in items:
-                    gone = replace(line, points_in_world=NOTHING)
-                    state = reduce_state(state, gone, state.t_ns)
-            for key, surface in state.surfaces.items():
-                if (LiveSurface, key) not in items:
-                    gone = replace(surface, corners_in_world=NOTHING)
-                    state = reduce_state(state, gone, state.t_ns)
+            for known in (state.annotations, state.surfaces, state.primitives):
+                for item in known.values():
+                    if item_name(item) not in items:
+                        state = reduce_state(state, ended(item), state.t_ns)
         for item in items.values():
             state = reduce_state(state, item, state.t_ns)
         self.state = state

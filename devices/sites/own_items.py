@@ -1,4 +1,4 @@
-"""Drawings of a site's people: sent to the room, and told from what comes back of them."""
+"""Names of the room at a site, and what its people have drawn: sent, and recognised in the echo."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
-from scenes.state import Annotation, LiveSurface, SceneState
+from scenes.state import Annotation, LiveSurface, SceneState, SharedPrimitive
 
 T = TypeVar("T", Annotation, LiveSurface)
+N = TypeVar("N", Annotation, LiveSurface, SharedPrimitive)
 
 SURE_NS = 1_000_000_000
 """Time after which the room's state says whether an item is there: it has been there and back."""
@@ -24,11 +25,11 @@ class _Sent:
 
 
 class OwnItems:
-    """Lines and surfaces between a site's hub and the room.
+    """Lines, surfaces and shapes between a site's hub and the room.
 
     The hub knows its people's own by the very values that it gave out. Those come back in place of
     the room's echo, however old that is; what the room does not have, although it has had the time,
-    is gone.
+    is gone. Shapes are as the room has them, whoever has made them.
 
     Args:
         site: name of the site, which begins its people's ids in the room.
@@ -58,6 +59,11 @@ class OwnItems:
         is_own = key.startswith(self._site)
         return key.removeprefix(self._site) if is_own else f"{self._room}{key}"
 
+    def name_there(self, key: str) -> str:
+        """Return the id that an item or a person has in the room by the one here."""
+        is_room = key.startswith(self._room)
+        return key.removeprefix(self._room) if is_room else f"{self._site}{key}"
+
     def is_own(self, key: str) -> bool:
         """Return whether an id in the room is one of this site's people."""
         return key.startswith(self._site)
@@ -66,7 +72,10 @@ class OwnItems:
         """Return the room's state as the hub here takes it."""
         lines = self._mapped(state.annotations, Annotation, now_ns=now_ns)
         surfaces = self._mapped(state.surfaces, LiveSurface, now_ns=now_ns)
-        return replace(state, annotations=lines, surfaces=surfaces)
+        shapes = {self.name_here(key): it for key, it in state.primitives.items()}
+        shapes = {here: self._renamed(it, here) for here, it in shapes.items()}
+        self._keep_only(SharedPrimitive, shapes)
+        return replace(state, annotations=lines, surfaces=surfaces, primitives=shapes)
 
     def _mapped(self, items: Mapping[str, T], kind: type[T], *, now_ns: int) -> Mapping[str, T]:
         found: dict[str, T] = {}
@@ -84,17 +93,23 @@ class OwnItems:
                 found[here] = sent.item  # on its way
             else:
                 del self._sent[(each, here)]
-        for name in [n for n in self._kept if n[0] is kind and n[1] not in found]:
-            del self._kept[name]
+        self._keep_only(kind, found)
         return found
 
-    def _renamed(self, item: T, here: str) -> T:
+    def _keep_only(self, kind: type, found: Mapping[str, object]) -> None:
+        for name in [n for n in self._kept if n[0] is kind and n[1] not in found]:
+            del self._kept[name]
+
+    def _renamed(self, item: N, here: str) -> N:
         name = (type(item), here)
         kept = self._kept.get(name)
         if kept is not None and kept[0] is item and isinstance(kept[1], type(item)):
             return kept[1]
         if isinstance(item, Annotation):
             made = replace(item, annotation_id=here, user_id=self.name_here(item.user_id))
+        elif isinstance(item, SharedPrimitive):
+            by = item.user_id and self.name_here(item.user_id)
+            made = replace(item, primitive_id=here, user_id=by)
         else:
             made = replace(item, surface_id=here)
         self._kept[name] = (item, made)

@@ -21,7 +21,7 @@ _BODY = struct.Struct("<BH")
 
 def pack_people(people: Iterable[Person]) -> bytes:
     """Return a list of people."""
-    rows = [[p.person_id, p.name, str(p.role), p.is_muted] for p in people]
+    rows = [[p.person_id, p.name, str(p.role), p.is_muted, p.is_yielding] for p in people]
     return json.dumps(rows, separators=(",", ":")).encode()
 
 
@@ -33,10 +33,15 @@ def read_people(data: bytes, *, limit: int) -> tuple[Person, ...]:
     """
     try:
         found: dict[str, Person] = {}
-        for person_id, name, role, is_muted in _rows(json.loads(data), limit):
+        for person_id, name, role, is_muted, is_yielding in _rows(json.loads(data), limit):
             key = _id(person_id)
             found[key] = Person(
-                key, len(found), clean_name(name), Role(role), bool(is_muted), is_taker=False
+                key,
+                len(found),
+                clean_name(name),
+                Role(role),
+                is_muted=bool(is_muted),
+                is_yielding=bool(is_yielding),
             )
         return tuple(found.values())
     except SiteBytesError:

@@ -48,6 +48,7 @@ class News:
         beat: its session time at its newest beat, and when that came; None before the first.
         values: newest value of each channel that has another; None where it has none any more.
         logs: entries by log.
+        epoch: of its newest start.
     """
 
     member: Member
@@ -57,6 +58,7 @@ class News:
     beat: tuple[int, int] | None
     values: Mapping[str, bytes | None]
     logs: Mapping[str, LogNews]
+    epoch: int = 0
 
 
 @dataclass(slots=True)
@@ -224,7 +226,14 @@ class Followed:
         if is_same and not self._fresh and not logs:
             return None
         news = News(
-            self.member, self._is_new, is_away, self._about, self._stamps, self._fresh, logs
+            self.member,
+            self._is_new,
+            is_away,
+            self._about,
+            self._stamps,
+            self._fresh,
+            logs,
+            self._epoch,
         )
         self._fresh = {}
         self._is_new, self._was_away = False, is_away

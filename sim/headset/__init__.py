@@ -4,7 +4,8 @@
 proposes and carries), `scripted.py` (somebody who plays a part in a scenario), `answering.py`
 (somebody who answers what a study asks), `faults.py` (what goes wrong between headset and hub),
 `connection.py` (pairing and the WebSocket), `room_download.py` (files of the room), `client.py`
-(one person who joins, moves, draws and listens), `voice.py` (a tone as their voice), `speech.py`
+(one person who joins, moves and draws), `hearing.py` (what comes to them), `device.py` (their
+headset, as its page says it), `voice.py` (a tone as their voice), `speech.py`
 (speaking and hearing), `voice_peer.py` (the same by WebRTC), `tally.py` (figures of
 all, and how long messages took), `crowd.py` (many people in one process), `attacks.py` (people who
 try what they may not).

@@ -7,12 +7,12 @@ import struct
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import aiohttp
 import numpy as np
 
-from devices.hub.wire import WireError, decode_body, encode_body, unpack_bodies
+from devices.hub.wire import encode_body
 from sim.headset.answering import answer_all
 from sim.headset.connection import (
     HubAddress,
@@ -22,8 +22,10 @@ from sim.headset.connection import (
     fetch_page,
     pair,
 )
-from sim.headset.doings import doings
+from sim.headset.device import SAY_S, QuestDevice
+from sim.headset.doings import Box, Doing, Message, doings, erased
 from sim.headset.faults import HeadsetFault, HeadsetState, headset_state
+from sim.headset.hearing import Hearing
 from sim.headset.moves import Moves, filmed, place_in_film
 from sim.headset.room_download import RoomDownload
 from sim.headset.speech import NO_SPEECH, Speaking, Speech
@@ -49,12 +51,6 @@ PING_S = 1.0
 
 DRAW_EVERY_S, DRAW_S, DRAW_HZ = 10.0, 2.0, 10.0
 """Time between two doings of a person, how long one takes, and how often it is sent meanwhile."""
-
-DECODED_EVERY = 100
-"""One in so many bodies that come is read in full, chosen: a defect shows within a second."""
-
-HEADER = struct.Struct("<BBHIQ")
-"""Version, kind, flags, number and device time of a body in bytes."""
 
 STAMP, STAMP_AT = struct.Struct("<IQ"), 4
 """Number and device time, and where they are."""
@@ -109,13 +105,10 @@ class HeadsetClient:
         self._random = np.random.default_rng(plan.moves.seed)
         self._scripted = None if plan.script is None else plan.script.person()
         self._film = filmed(plan.moves, plan.rate_hz) if self._scripted is None else []
-        self._token, self._log_seq = "", 0
+        self._hearing = Hearing(tally, self._scripted, now_ns=now_ns)
         self._room = RoomDownload(http, plan.address)
         self._rest: asyncio.Task[None] | None = None
-        self._joined_ns = self._seq = 0
-        self._speaking: Speaking | None = None
-        self._since_hub_us: tuple[float, float] | None = None
-        """Round trip of the fastest ping; this process's clock minus the hub's; microseconds."""
+        self._joined_ns = self._seq = self._boxes = 0
 
     async def join(self, code: str) -> HubConnection:
         """Fetch the page, pair, fetch what the room is recognised by, and connect.
@@ -126,8 +119,10 @@ class HeadsetClient:
         """
         begun_ns = self._now_ns()
         await fetch_page(self._http, self._plan.address)
-        self._token = await pair(self._http, self._plan.address, code=code, name=self._plan.name)
-        has_room = await self._room.fetch_first(self._token)
+        self._hearing.token = await pair(
+            self._http, self._plan.address, code=code, name=self._plan.name
+        )
+        has_room = await self._room.fetch_first(self._hearing.token)
         connection = await self._connect(log_seq=None)
         self._joined_ns = self._now_ns()
         self._tally.joins_s.append((self._joined_ns - begun_ns) / 1e9)
@@ -138,7 +133,7 @@ class HeadsetClient:
     async def _fetch_rest(self, begun_ns: int) -> None:
         """Fetch the rest of the room while the person is there already."""
         try:
-            await self._room.fetch_rest(self._token)
+            await self._room.fetch_rest(self._hearing.token)
         except (HubRefusedError, aiohttp.ClientError, TimeoutError, OSError) as error:
             self._tally.failures.append(f"{self._plan.name}: {error}")
             return
@@ -162,7 +157,7 @@ class HeadsetClient:
     async def _answer(self) -> None:
         if (plan := self._plan).answers:
             http, seed = self._http, plan.moves.seed
-            await answer_all(http, plan.address, token=lambda: self._token, seed=seed)
+            await answer_all(http, plan.address, token=lambda: self._hearing.token, seed=seed)
 
     async def _stay(self, connection: HubConnection, over: asyncio.Event) -> None:
         while True:
@@ -190,16 +185,11 @@ class HeadsetClient:
         connection = await connect(
             self._http,
             self._plan.address,
-            token=self._token,
+            token=self._hearing.token,
             name=self._plan.name,
             log_seq=log_seq,
         )
-        welcome = connection.welcome
-        self._token, self._log_seq = str(welcome["token"]), int(welcome["log_seq"])
-        self._tally.indices.add(int(welcome["index"]))
-        self._tally.connections += 1
-        if self._scripted is not None:
-            self._scripted.take_whole(welcome["state"]["objects"])
+        self._hearing.take_welcome(connection)
         return connection
 
     async def _return(self, over: asyncio.Event) -> HubConnection | None:
@@ -209,7 +199,7 @@ class HeadsetClient:
         since_ns = self._now_ns()
         while not over.is_set():
             try:
-                return await self._connect(log_seq=self._log_seq)
+                return await self._connect(log_seq=self._hearing.log_seq)
             except (aiohttp.ClientError, TimeoutError, OSError) as error:
                 if self._now_ns() - since_ns > GIVE_UP_NS:
                     why = f"no hub for {GIVE_UP_NS / 1e9:g} s: {error}"
@@ -226,6 +216,7 @@ class HeadsetClient:
                 self._listen(connection),
                 self._move(connection),
                 self._ping(connection),
+                self._say_device(connection),
                 self._draw(connection),
                 self._notice_cut(),
                 self._speak(connection),
@@ -252,11 +243,11 @@ class HeadsetClient:
         if not plan.speech.is_on:
             await asyncio.Event().wait()
         speaking = Speaking(connection, plan.speech, seed=plan.moves.seed, tally=self._tally)
-        self._speaking = speaking
+        self._hearing.speaking = speaking
         try:
             await speaking.go_on(lambda: self._faults().shows_body)
         finally:
-            self._speaking = None
+            self._hearing.speaking = None
             await speaking.close()
         return ""
 
@@ -303,6 +294,17 @@ class HeadsetClient:
             await connection.send({"kind": "ping", "t_us": self._now_ns() // 1000})
             await asyncio.sleep(PING_S)
 
+    async def _say_device(self, connection: HubConnection) -> str:
+        """Say how the headset is, as a page does."""
+        role = str(connection.welcome["role"])
+        device = QuestDevice(seed=self._plan.moves.seed, role=role)
+        while True:
+            await asyncio.sleep(SAY_S)
+            here_s, faults = self._here_s(), self._faults()
+            said = device.said(here_s, pictures=self._seq, faults=faults)
+            if said is not None:
+                await connection.send(said)
+
     async def _draw(self, connection: HubConnection) -> str:
         """Do as the script says, or something now and then, and take away what was before."""
         welcome, seed = connection.welcome, self._plan.moves.seed
@@ -312,9 +314,9 @@ class HeadsetClient:
         number, last = 0, None
         for doing in doings(rights, sorted(welcome["state"]["objects"]), seed=seed):
             await asyncio.sleep((DRAW_EVERY_S - DRAW_S) * (0.5 + float(self._random.random())))
-            if last is not None:
+            for message in self._endings(last):
                 number += 1
-                await connection.send({"kind": "do", "id": number, **last.end()})
+                await connection.send({"kind": "do", "id": number, **message})
             for _ in range(max(2, round(DRAW_S * DRAW_HZ))):
                 await asyncio.sleep(1.0 / DRAW_HZ)
                 if self._faults().shows_body:
@@ -324,6 +326,19 @@ class HeadsetClient:
             last = doing
         await asyncio.Event().wait()  # somebody who may do nothing looks on
         return ""
+
+    def _endings(self, last: Doing | None) -> list[Message]:
+        """Return what ends a doing, and takes away what others have given.
+
+        Every other box is handed to somebody, where somebody is there.
+        """
+        messages: list[Message] = [erased(key) for key in self._hearing.gifts]
+        if isinstance(last, Box):
+            self._boxes += 1
+            if takers := self._hearing.takers if self._boxes % 2 else ():
+                taker = takers[int(self._random.integers(len(takers)))]
+                return [*messages, last.given(taker)]
+        return messages if last is None else [*messages, last.end()]
 
     async def _draw_as_scripted(self, connection: HubConnection, person: ScriptedPerson) -> None:
         """Send lines as they grow, for ever."""
@@ -341,58 +356,8 @@ class HeadsetClient:
             message = await connection.receive()
             if message is None:
                 return ""
-            if isinstance(message, bytes):
-                if self._speaking is None or not self._speaking.take_voices(message):
-                    self._take_bodies(message)
-            elif message.get("kind") == "bye":
-                return str(message.get("why", "goodbye"))
-            else:
-                await self._take_text(connection, message)
-
-    def _take_bodies(self, data: bytes) -> None:
-        tally, now_us = self._tally, self._now_ns() // 1000
-        try:
-            bodies = unpack_bodies(data)
-            for index, body in bodies:
-                _version, _kind, _flags, seq, t_us = HEADER.unpack_from(body)
-                if seq % DECODED_EVERY == 0:
-                    decode_body(body)
-                if index in tally.indices:
-                    tally.hand.add((now_us - t_us) / 1000)
-        except (WireError, struct.error):
-            tally.unreadable += 1
-            return
-        tally.received += len(bodies)
-
-    async def _take_text(self, connection: HubConnection, said: dict[str, Any]) -> None:
-        tally, now_us = self._tally, self._now_ns() / 1000
-        match said.get("kind"):
-            case "state":
-                tally.states += 1
-                if self._scripted is not None:
-                    self._scripted.take(said["objects"])
-                if self._since_hub_us is not None:
-                    tally.state.add((now_us - self._since_hub_us[1] - said["t_us"]) / 1000)
-                await connection.send({"kind": "seen", "version": said["version"]})
-            case "log":
-                tally.log += 1
-                self._log_seq = int(said["seq"])
-            case "pong":
-                trip_us = now_us - said["t_us"]
-                if self._since_hub_us is None or trip_us <= self._since_hub_us[0]:
-                    middle_us = 0.5 * (now_us + said["t_us"])
-                    self._since_hub_us = (trip_us, middle_us - said["hub_t_us"])
-            case "answer":
-                if self._speaking is not None:
-                    await self._speaking.take_answer(said)
-            case "token":
-                self._token = str(said["token"])
-            case "done":
-                tally.done += 1
-            case "refused":
-                tally.refused += 1
-            case _:
-                return
+            if goodbye := await self._hearing.take(connection, message):
+                return goodbye
 
 
 async def _until(over: asyncio.Event) -> str:

@@ -64,7 +64,7 @@ class Line:
 
 @dataclass(slots=True)
 class Box:
-    """A box that is put and carried in one drag; one undo takes it back."""
+    """A box that is put and carried in one drag; one undo takes it back, or somebody gets it."""
 
     name: str
     op: str = "primitive"
@@ -84,6 +84,10 @@ class Box:
     def end(self) -> Message:
         """See `Doing`."""
         return {"op": "undo"}
+
+    def given(self, to: str) -> Message:
+        """Return what hands it to somebody."""
+        return {"op": "give", "primitive": self.name, "to": to}
 
 
 @dataclass(slots=True)
@@ -133,6 +137,11 @@ class Picture:
     def end(self) -> Message:
         """See `Doing`."""
         return {"op": self.op, "surface": self.name, "corners": []}
+
+
+def erased(key: str) -> Message:
+    """Return what takes a shape away, by its name in full."""
+    return {"op": "primitive", "primitive": key}
 
 
 def doings(rights: Sequence[str], objects: Sequence[str], *, seed: int) -> Iterator[Doing]:

@@ -90,6 +90,8 @@ class Board:
     _holds: dict[str, _Hold] = field(default_factory=dict[str, _Hold])
     """Holds by object: whoever began to move a copy of it first has it until they let go. Holds by
     primitive: when its owner moved it last."""
+    _wished: dict[str, tuple[Drawn, int]] = field(default_factory=dict[str, "tuple[Drawn, int]"])
+    """Primitives as their room was asked for them, and when, by name: of a site."""
 
     def whole(self) -> dict[str, Any]:
         """Return entities for whoever joins, by kind and name."""
@@ -185,20 +187,60 @@ class Board:
         if self._count(changed) >= MAX_PRIMITIVES_EACH:
             why = f"{taker.name} has {MAX_PRIMITIVES_EACH} primitives, the most for one person"
             raise OpError(why, op_id=do.op_id)
-        for steps in self._steps.values():
-            kept = [it for it in steps if (it.before.op, it.before.key) != (Op.PRIMITIVE, key)]
-            steps.clear()
-            steps.extend(kept)
-        self._holds.pop(key, None)
         self.put(changed)
         return changed
 
+    def wish(self, person_id: str, do: Do, *, now_ns: int) -> Do | None:
+        """Return what the room of this site is to be asked for; None of what is not its to decide.
+
+        Whose a shape is only the room knows. What an undo asks for is that one is as before.
+
+        Args:
+            person_id: who asks here.
+            do: what for.
+            now_ns: session time.
+        """
+        if do.drawn is None:
+            steps = self._steps.get(person_id)
+            if not steps or steps[-1].before.op is not Op.PRIMITIVE:
+                return None
+            asked = steps.pop().before
+        elif do.op in (Op.PRIMITIVE, Op.GIVE):
+            asked = replace(do.drawn, key=in_full(person_id, do.drawn.key), by=person_id)
+        else:
+            return None
+        if do.op is Op.GIVE:
+            return replace(do, drawn=asked)
+        self._wished = {k: it for k, it in self._wished.items() if now_ns - it[1] < STEADY_NS}
+        if do.drawn is not None:
+            key, nothing = asked.key, Drawn(Op.PRIMITIVE, asked.key, person_id)
+            before = self._entities[Op.PRIMITIVE].get(key, nothing)
+            before = self._wished.get(key, (before, 0))[0]
+            self._remember(before, asked, drag=do.drag, now_ns=now_ns)
+        self._wished[asked.key] = asked, now_ns
+        return replace(do, op=Op.PRIMITIVE, drawn=asked)
+
+    def see_refused(self, person_id: str, key: str) -> None:
+        """Let the room have refused somebody's wish: what never was is not to be taken back."""
+        self._wished.pop(key, None)
+        steps = self._steps.get(person_id)
+        if steps and (steps[-1].before.op, steps[-1].before.key) == (Op.PRIMITIVE, key):
+            before = steps[-1].before
+            is_new = not before.is_there and key not in self._entities[Op.PRIMITIVE]
+            if is_new or before.by != person_id:
+                steps.pop()
+
     def put(self, drawn: Drawn) -> bool:
-        """Replace an entity, or take it away at its end; return whether that is a change."""
+        """Replace an entity, or take it away at its end; return whether that is a change.
+
+        Nobody takes anything back of a primitive that was given away.
+        """
         there = self._entities[drawn.op]
         old = there.pop(drawn.key, None)
         if drawn.is_there:
             there[drawn.key] = drawn
+            if drawn.op is Op.PRIMITIVE and old is not None and old.by != drawn.by:
+                self._forget_steps(drawn.key)
         elif drawn.op is Op.PRIMITIVE:
             self._holds.pop(drawn.key, None)
         if drawn.op is Op.LINE:
@@ -209,6 +251,15 @@ class Board:
         """Keep no operations to undo of somebody who does not come back."""
         self._steps.pop(person_id, None)
         self._holds = {key: it for key, it in self._holds.items() if it.person_id != person_id}
+
+    def _forget_steps(self, key: str) -> None:
+        """Keep nothing of a primitive of former owners: neither their steps nor their moves."""
+        for steps in self._steps.values():
+            kept = [it for it in steps if (it.before.op, it.before.key) != (Op.PRIMITIVE, key)]
+            steps.clear()
+            steps.extend(kept)
+        self._holds.pop(key, None)
+        self._wished.pop(key, None)
 
     def _hold(self, changed: Drawn, do: Do, *, now_ns: int) -> None:
         """Give a proposal's object to whoever moves it, unless somebody else has it.
@@ -303,7 +354,7 @@ def _why_not(taker: Person | None) -> str:
     """Return why somebody cannot be given a shape, in words for whoever gives it."""
     if taker is None:
         return "nobody of that name is here"
-    return f"{taker.name} {'only watches' if taker.is_taker else 'is at another site'}"
+    return f"{taker.name} only watches"
 
 
 def in_full(person_id: str, key: str) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.hub.entities.drawn import FIELDS, NOTHING, Drawn
-from devices.hub.fields import ID, MessageError, read_number, read_text
+from devices.hub.fields import ID, PERSON, MessageError, read_number, read_text
 from devices.hub.roles import Op
 from devices.hub.wire import MAX_ROOM_M
 from scenes.pose import Pose
@@ -73,6 +73,18 @@ def read_key(fields: dict[str, Any], field: str) -> str:
     if not ID.fullmatch(key):
         raise MessageError(f"{field}: wanted 1..40 letters, digits, - _ .")
     return key
+
+
+def read_person(fields: dict[str, Any], field: str) -> str:
+    """Return the id of a person.
+
+    Raises:
+        MessageError: it is none.
+    """
+    person_id = read_text(fields, field)
+    if not PERSON.fullmatch(person_id):
+        raise MessageError(f"{field}: wanted 1..120 letters, digits, - _ .")
+    return person_id
 
 
 def _surface(key: str, fields: dict[str, Any]) -> Drawn:

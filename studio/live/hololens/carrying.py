@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from devices.hololens.values import HandJoints, HeadAndHands, Joint
+from devices.hub.elsewhere import Elsewhere
 from devices.hub.entities.drawn import Drawn, drawn_entity
 from devices.hub.inbox import Avatars
 from devices.hub.messages import Do, OpError
@@ -44,8 +45,12 @@ the camera's period and its delay."""
 class Doing(Protocol):
     """Part of a hub that lets somebody without a page do what others do."""
 
-    def act(self, person_id: str, do: Do) -> None:
+    def act(self, person_id: str, do: Do) -> object:
         """Do what somebody asks for who is here another way."""
+        ...
+
+    def elsewhere(self, *, but: str) -> list[Elsewhere]:
+        """Return people of other sites, and nobody who is here that way."""
         ...
 
     def bodies(self) -> list[tuple[Person, bytes]]:
@@ -194,9 +199,10 @@ class Carrying:
         return self._do(hub, Op.PRIMITIVE, drawn=drawn_entity(held.primitive), drag=held.drag)
 
     def _give(self, hub: Doing, primitive: SharedPrimitive) -> None:
-        people = [person for person, _ in hub.bodies() if can_have_shapes(person)]
-        ids = {person.person_id for person in people}
-        seen = [it for it in Avatars().of(hub.bodies()) if it.user_id in ids]
+        others = [(it.person, it.body) for it in hub.elsewhere(but=self._wearer) if it.body]
+        bodies = [*hub.bodies(), *others]
+        ids = {person.person_id for person, _ in bodies if can_have_shapes(person)}
+        seen = [it for it in Avatars().of(bodies) if it.user_id in ids]
         taker = taker_at(primitive, seen)
         if taker is not None:
             given = Drawn(Op.PRIMITIVE, primitive.primitive_id, "")

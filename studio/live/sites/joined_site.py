@@ -9,10 +9,12 @@ from devices.clock import Clock
 from devices.clock_mapping import ClockMapping, add_arrival, estimate
 from devices.hub.elsewhere import Elsewhere
 from devices.hub.mesh import MAX_CELLS, Cell, unpack_cell
+from devices.hub.messages import Wish
 from devices.hub.roles import Person
 from devices.hub.server import Hub
 from devices.sites.about import RoomAbout, read_about
 from devices.sites.channels import (
+    ANSWERS,
     BODIES,
     DRAWN,
     HIDDEN,
@@ -21,6 +23,7 @@ from devices.sites.channels import (
     PEOPLE,
     PICTURE,
     ROOM_LIMITS,
+    WISHES,
     SiteBytesError,
 )
 from devices.sites.drawn import item_name, pack_item
@@ -29,6 +32,14 @@ from devices.sites.mirror import Mirror, as_lost
 from devices.sites.own_items import SURE_NS, OwnItems
 from devices.sites.people import pack_bodies, pack_people, read_bodies, read_people
 from devices.sites.pictures import read_picture
+from devices.sites.wishes import (
+    ANSWER_NS,
+    MAX_ASKED,
+    NOT_REACHED,
+    Asking,
+    pack_wish,
+    read_answers,
+)
 from devices.transport.followed import LogNews, News
 from devices.transport.follower import Follower
 from devices.transport.keys import room, site
@@ -81,11 +92,15 @@ class JoinedSite:
         say: Callable[[str], None],
     ) -> None:
         self._hub, self._clock, self._say = hub, clock, say
-        self._source = Source(transport, site(session, name), logs=(DRAWN,), epoch=epoch)
+        self._source = Source(transport, site(session, name), logs=(DRAWN, WISHES), epoch=epoch)
+        hub.be_site()
+        self._name, self._epoch = name, epoch
         self._follower = Follower(
-            transport, room(session), limits=ROOM_LIMITS, logs=(DRAWN, HIDDEN), clock=clock
+            transport, room(session), limits=ROOM_LIMITS, logs=(DRAWN, HIDDEN, ANSWERS), clock=clock
         )
         self._mirror, self._own = Mirror(), OwnItems(name, session)
+        self._asking, self._room_epoch = Asking(), 0
+        self._answered: list[tuple[int, Wish, str]] = []
         self._room_clock = ClockMapping()
         self._beat: tuple[int, int] | None = None
         self._about: RoomAbout | None = None
@@ -133,6 +148,7 @@ class JoinedSite:
         if is_news or now_ns >= self._next_look_ns:
             self._next_look_ns = now_ns + SURE_NS // 4
             self._publish(now_ns)
+        self._answer(now_ns)
         self._source.beat(now_ns, {})
 
     def _send(self, now_ns: int) -> bool:
@@ -149,7 +165,30 @@ class JoinedSite:
             self._source.keep(PEOPLE, pack_people(own))
             self._own_people = own
         self._source.keep(BODIES, pack_bodies((p.person_id, b) for p, b in self._hub.bodies()))
+        for wish in arrived.wishes:  # after who they are
+            self._ask(wish, now_ns)
         return bool(arrived.lines or arrived.surfaces)
+
+    def _ask(self, wish: Wish, now_ns: int) -> None:
+        """Ask the room for a change of a shape."""
+        number = self._asking.ask(wish, now_ns) if self._is_reached else None
+        if number is None:
+            why = f"{MAX_ASKED} changes have no answer yet" if self._is_reached else NOT_REACHED
+            self._hub.answer(wish, why)
+            return
+        do, drawn = wish.do, wish.do.drawn
+        named = None if drawn is None else replace(drawn, key=self._own.name_there(drawn.key))
+        there = replace(do, drawn=named, to=do.to and self._own.name_there(do.to))
+        data = pack_wish(Wish(wish.person_id, there), room_epoch=self._room_epoch)
+        self._source.append(WISHES, str(number), data=data)
+
+    def _answer(self, now_ns: int) -> None:
+        """Let people learn what was decided; every one sees the shape before."""
+        late = self._asking.refuse("the room has not answered", asked_before_ns=now_ns - ANSWER_NS)
+        answered, self._answered = [*self._answered, *late], []
+        for number, wish, why in answered:
+            self._source.append(WISHES, str(number), data=b"")
+            self._hub.answer(wish, why)
 
     def _take(self, news: News) -> bool:
         if news.beat is not None and news.beat != self._beat:
@@ -161,9 +200,13 @@ class JoinedSite:
             self._say("the room is reached" if self._is_reached else "the room is not reached")
         if news.is_new:
             self._people, self._bodies, self._pictures = (), {}, {}
+            self._answered += self._asking.refuse("the room has started again")
+        self._room_epoch = news.epoch
         is_news = self._mirror.take(news) or was_reached != self._is_reached
         if HIDDEN in news.logs:
             self._take_hidden(news.logs[HIDDEN])
+        if ANSWERS in news.logs:
+            self._take_answers(news.logs[ANSWERS])
         for channel, data in news.values.items():
             if data is None:
                 continue
@@ -172,6 +215,18 @@ class JoinedSite:
             except SiteBytesError:
                 self._refused += 1
         return is_news
+
+    def _take_answers(self, news: LogNews) -> None:
+        for entry in news.entries:
+            if entry.item != self._name:
+                continue
+            try:
+                answers = read_answers(entry.data)
+            except SiteBytesError:
+                self._refused += 1
+                continue
+            if answers.site_epoch == self._epoch:
+                self._answered += self._asking.take(answers)
 
     def _take_value(self, channel: str, data: bytes) -> bool:
         if channel == PEOPLE:

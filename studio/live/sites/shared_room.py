@@ -5,17 +5,19 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import Protocol, TypeVar
-
-import numpy as np
+from typing import Protocol
 
 from devices.clock import Clock
 from devices.hub.contract import Arrived
 from devices.hub.elsewhere import Elsewhere
+from devices.hub.entities.deciding import Deciding
+from devices.hub.entities.drawn import Drawn
 from devices.hub.mesh import Cell, MeshChannel
+from devices.hub.messages import Do
 from devices.hub.roles import Person
 from devices.sites.about import RoomAbout
 from devices.sites.channels import (
+    ANSWERS,
     BODIES,
     DRAWN,
     HIDDEN,
@@ -24,8 +26,9 @@ from devices.sites.channels import (
     PEOPLE,
     PICTURE,
     SITE_LIMITS,
+    WISHES,
 )
-from devices.sites.drawn import item_name, pack_item
+from devices.sites.drawn import Item, ended, item_name, pack_item
 from devices.sites.hidden import cell_name
 from devices.sites.objects import pack_objects
 from devices.sites.people import pack_bodies, pack_people
@@ -35,12 +38,14 @@ from devices.transport.keys import ANY, Member, MemberRole, room
 from devices.transport.source import LogFullError, Source
 from devices.transport.transport import Transport
 from scenes.mesh import CollisionMesh
-from scenes.state import Annotation, LiveSurface, SceneState
+from scenes.state import SceneState
 from studio.live.people.entering import People
+from studio.live.sites.deciding import Decisions
 from studio.live.sites.site_people import SitePeople
 from studio.live.sites.turns import Turns
 
-T = TypeVar("T", Annotation, LiveSurface)
+SITES = "sites"
+"""Way by which people of sites are here."""
 
 
 class LocalHub(Protocol):
@@ -54,8 +59,16 @@ class LocalHub(Protocol):
         """Return its own people."""
         ...
 
-    def meet(self, others: list[Elsewhere]) -> None:
+    def meet(self, others: list[Elsewhere], *, way: str = ...) -> None:
         """Show people of sites."""
+        ...
+
+    def elsewhere(self, *, but: str) -> list[Elsewhere]:
+        """Return who is here another way, such as a headset's wearer, but not that one."""
+        ...
+
+    def act(self, person_id: str, do: Do) -> Drawn | None:
+        """Do what somebody of a site asks for."""
         ...
 
 
@@ -88,16 +101,17 @@ class SharedRoom:
         self.name = name
         self._about, self._inner, self._hub = about, inner, hub
         self._clock, self._say = clock, say
-        self._source = Source(transport, room(name), logs=(DRAWN, HIDDEN), epoch=epoch)
+        self._source = Source(transport, room(name), logs=(DRAWN, HIDDEN, ANSWERS), epoch=epoch)
         self._follower = Follower(
             transport,
             Member(name, MemberRole.SITE, ANY),
             limits=SITE_LIMITS,
-            logs=(DRAWN,),
+            logs=(DRAWN, WISHES),
             clock=clock,
         )
         self._lock = threading.Lock()
-        self._people = SitePeople()
+        self._people, self._decisions = SitePeople(), Decisions(epoch)
+        self._deciding = Deciding()  # of shapes while there is no hub that does
         self._newest = self._told = SceneState()
         self._pictures: dict[str, bytes] = {}
         self._slots: dict[str, int] = {}
@@ -141,12 +155,14 @@ class SharedRoom:
         with self._lock:
             lines, surfaces, events = self._people.changes()
             avatars = self._people.avatars()
+            decided = self._deciding.take()
         return replace(
             own,
             avatars=(*own.avatars, *avatars),
             lines=(*own.lines, *lines),
             surfaces=(*own.surfaces, *surfaces),
-            events=(*own.events, *events),
+            placed=(*own.placed, *decided.placed),
+            events=(*own.events, *events, *decided.events),
         )
 
     def sites(self) -> tuple[str, ...]:
@@ -161,44 +177,58 @@ class SharedRoom:
             self._source.set(OBJECTS, pack_objects(state.objects.values(), state.t_ns))
         self._tell_changes(self._told.annotations, state.annotations)
         self._tell_changes(self._told.surfaces, state.surfaces)
+        self._tell_changes(self._told.primitives, state.primitives)
         self._told = state
         self._tell_pictures(state)
         self._tell_mesh()
         hub = self._hub()
         with self._lock:
+            self._deciding.publish(SceneState(primitives=state.primitives))
             for news in self._follower.take():
                 self._people.take(news)
+                self._decisions.take(news, self._clock.now_ns())
             others = self._people.everybody()
         if hub is not None:
-            hub.meet(others)
+            hub.meet(others, way=SITES)
+        self._decide(hub, others, state=state)
         own = () if hub is None else hub.people()
         bodies = [] if hub is None else [(p.person_id, body) for p, body in hub.bodies()]
+        others += [] if hub is None else hub.elsewhere(but=SITES)
         self._tell_everybody((*own, *(each.person for each in others)))
         bodies += [(each.person.person_id, each.body) for each in others if each.body]
         self._source.keep(BODIES, pack_bodies(bodies))
         about = replace(self._about, people=len(own) + len(others))
         self._source.beat(self._clock.now_ns(), about.fields())
 
+    def _decide(self, hub: LocalHub | None, others: list[Elsewhere], *, state: SceneState) -> None:
+        """Carry out what people of sites ask of shapes, and answer: by the hub, if there is one."""
+        now_ns = self._clock.now_ns()
+        people = {each.person.person_id: each.person for each in others}
+
+        def act(person_id: str, do: Do) -> Drawn | None:
+            with self._lock:
+                here, person = people.values(), people[person_id]
+                return self._deciding.carry_out(person, do, here=here, now_ns=now_ns)
+
+        self._decisions.carry_out(act if hub is None else hub.act, now_ns)
+        for name, data in self._decisions.answers(state, now_ns).items():
+            self._source.append(ANSWERS, name, data=data)
+
     def _tell_everybody(self, people: tuple[Person, ...]) -> None:
         if people != self._everybody:
             self._source.keep(PEOPLE, pack_people(people))
             self._everybody = people
 
-    def _tell_changes(self, before: Mapping[str, T], now: Mapping[str, T]) -> None:
+    def _tell_changes(self, before: Mapping[str, Item], now: Mapping[str, Item]) -> None:
         if now is before:
             return
         for key, item in now.items():
             if before.get(key) is not item:
                 self._append(item)
         for key in before.keys() - now.keys():
-            gone = before[key]
-            nothing = np.zeros((0, 3))
-            if isinstance(gone, Annotation):
-                self._append(replace(gone, points_in_world=nothing))
-            else:
-                self._append(replace(gone, corners_in_world=nothing))
+            self._append(ended(before[key]))
 
-    def _append(self, item: Annotation | LiveSurface) -> None:
+    def _append(self, item: Item) -> None:
         try:
             self._source.append(DRAWN, item_name(item), data=pack_item(item))
         except LogFullError as error:

@@ -7,16 +7,14 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import partial
 
-import numpy as np
-
 from devices.hub.elsewhere import Elsewhere
 from devices.hub.inbox import MAX_CHANGES, MAX_EVENTS, Avatars
 from devices.hub.roles import Person
 from devices.sites.channels import BODIES, DRAWN, MAX_SITE_PEOPLE, PEOPLE, SiteBytesError
-from devices.sites.drawn import Item, read_item
+from devices.sites.drawn import Item, ended, item_name, read_item
 from devices.sites.people import read_bodies, read_people
 from devices.transport.followed import LogNews, News
-from scenes.state import Annotation, Avatar, LiveSurface
+from scenes.state import Annotation, Avatar, LiveSurface, SharedPrimitive, is_there
 
 MAX_POINTS = 1_000
 """Points of a line that comes from a site: as many as a hub takes of a person."""
@@ -24,9 +22,10 @@ MAX_POINTS = 1_000
 
 @dataclass(slots=True)
 class _Site:
+    is_away: bool = False
     people: tuple[Person, ...] = ()
     bodies: dict[str, bytes] = field(default_factory=dict[str, bytes])
-    items: dict[tuple[type, str], Item] = field(default_factory=dict[tuple[type, str], Item])
+    items: dict[str, Item] = field(default_factory=dict[str, Item])
 
 
 class SitePeople:
@@ -39,7 +38,7 @@ class SitePeople:
 
     def __init__(self) -> None:
         self._sites: dict[str, _Site] = {}
-        self._changes: OrderedDict[tuple[type, str], Item] = OrderedDict()
+        self._changes: OrderedDict[str, Item] = OrderedDict()
         self._events: deque[tuple[str, str]] = deque(maxlen=MAX_EVENTS)
         self._avatars = Avatars()
         self.refused = 0
@@ -49,13 +48,15 @@ class SitePeople:
         """Take what is new of a site."""
         name = news.member.name
         if news.is_away:
-            if self._sites.get(name, _Site()).people:
+            site = self._sites.setdefault(name, _Site())
+            if site.people and not site.is_away:
                 self._events.append(("away", f"site {name} is not reached"))
-            self._sites.setdefault(name, _Site()).people = ()
+            site.is_away = True
             return
         if news.is_new and name not in self._sites:
             self._events.append(("joined", f"site {name} has joined"))
         site = self._sites.setdefault(name, _Site())
+        site.is_away = False
         if news.is_new:
             site.people, site.bodies = (), {}
         self._read(partial(self._read_people, site, name=name), news.values.get(PEOPLE))
@@ -65,7 +66,7 @@ class SitePeople:
 
     def names(self) -> tuple[str, ...]:
         """Return sites that have people here."""
-        return tuple(name for name, site in self._sites.items() if site.people)
+        return tuple(n for n, site in self._sites.items() if site.people and not site.is_away)
 
     def everybody(self) -> list[Elsewhere]:
         """Return all people of all sites with their bodies."""
@@ -73,6 +74,7 @@ class SitePeople:
             Elsewhere(person, site.bodies.get(person.person_id.partition(".")[2], b""))
             for site in self._sites.values()
             for person in site.people
+            if not site.is_away
         ]
 
     def avatars(self) -> tuple[Avatar, ...]:
@@ -107,20 +109,20 @@ class SitePeople:
         site.bodies = read_bodies(data, site.bodies, limit=MAX_SITE_PEOPLE)
 
     def _take_drawn(self, site: _Site, news: LogNews, *, name: str) -> None:
-        found: dict[tuple[type, str], Item] = {}
+        found: dict[str, Item] = {}
         for entry in news.entries:
             try:
                 item = _of_site(read_item(entry.item, entry.data), name)
             except SiteBytesError:
                 self.refused += 1
                 continue
-            found[_name(item)] = item
+            found[item_name(item)] = item
         if news.is_whole:
             for key, item in site.items.items():
                 if key not in found:
-                    found[key] = _erased(item)
+                    found[key] = ended(item)
         for key, item in found.items():
-            if _is_there(item):
+            if is_there(item):
                 site.items[key] = item
             else:
                 site.items.pop(key, None)
@@ -134,8 +136,10 @@ def _of_site(item: Item, name: str) -> Item:
     """Return an item with the site's name before its ids.
 
     Raises:
-        SiteBytesError: a line is longer than people's may be.
+        SiteBytesError: a line is longer than people's may be, or it is a shape: those are wishes.
     """
+    if isinstance(item, SharedPrimitive):
+        raise SiteBytesError(f"shape {item.primitive_id[:40]!r}: a site asks for it by a wish")
     if isinstance(item, LiveSurface):
         return replace(item, surface_id=f"{name}.{item.surface_id}")
     if len(item.points_in_world) > MAX_POINTS:
@@ -143,20 +147,3 @@ def _of_site(item: Item, name: str) -> Item:
     return replace(
         item, annotation_id=f"{name}.{item.annotation_id}", user_id=f"{name}.{item.user_id}"
     )
-
-
-def _name(item: Item) -> tuple[type, str]:
-    key = item.annotation_id if isinstance(item, Annotation) else item.surface_id
-    return type(item), key
-
-
-def _is_there(item: Item) -> bool:
-    shape = item.points_in_world if isinstance(item, Annotation) else item.corners_in_world
-    return len(shape) > 0
-
-
-def _erased(item: Item) -> Item:
-    nothing = np.zeros((0, 3))
-    if isinstance(item, Annotation):
-        return replace(item, points_in_world=nothing)
-    return replace(item, corners_in_world=nothing)

@@ -7,6 +7,10 @@ from devices.hub.attendance import ARRIVING_NS, AWAY_NS, Attendance, Limits
 from devices.hub.entry.tokens import TOKEN_NS
 from devices.hub.outbox import Outbox, Sent
 from devices.hub.roles import Role
+from devices.hub.session import Visit
+from devices.hub.wire import Body, encode_body
+from scenes.pose import Pose
+from tests.devices.hub.test_messages import SAID
 
 
 @pytest.fixture
@@ -69,3 +73,24 @@ def test_a_headset_at_90_hz_is_within_the_limits():
     limits = Limits.new(0)
     taken = sum(limits.bodies.take(step * 10**9 // 1000) for step in range(10_000))
     assert 1090 <= taken <= 1101
+
+
+def test_a_hub_knows_headsets_of_who_is_here_and_their_ages(room):
+    anna, hers, _ = room.join("Anna")
+    room.join("Ben")
+    assert room.session.attendance.headsets(room.now_ns) == ()
+    room.hear(anna, hers, **SAID)
+    body = encode_body(Body(1, 1, Pose.identity()))
+    room.now_ns += 2 * 10**9
+    room.session.see_body(Visit(anna, hers), body, now_ns=room.now_ns)
+    room.now_ns += 10**8
+    (found,) = room.session.attendance.headsets(room.now_ns)
+    assert (found.person.name, found.said.battery_percent) == ("Anna", 62.0)
+    assert (found.said_age_s, found.body_age_s) == (2.1, 0.1)
+    assert [it for it in room.drain(hers) if it.get("kind") == "refused"] == []
+    room.hear(anna, hers, **{**SAID, "battery": 500})
+    assert room.session.attendance.headsets(room.now_ns)[0].said.battery_percent == 62.0
+    room.session.leave(Visit(anna, hers), room.now_ns)
+    assert not room.session.attendance.headsets(room.now_ns)[0].person.is_connected
+    room.now_ns += AWAY_NS
+    assert room.session.attendance.headsets(room.now_ns) == ()

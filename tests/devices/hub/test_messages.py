@@ -10,16 +10,30 @@ from hypothesis import strategies as st
 from devices.hub.entities.reading import MAX_POINTS, MAX_SIDE_M
 from devices.hub.fields import MessageError, read_object
 from devices.hub.messages import (
+    MAX_MODEL,
     MAX_NAME,
+    DeviceSaid,
     Do,
     Hello,
+    Immersion,
     OpError,
     Ping,
     Seen,
     clean_name,
+    read_device,
     read_message,
 )
 from devices.hub.roles import Op
+
+SAID = {
+    "kind": "device",
+    "model": "Quest 3",
+    "immersion": "vr",
+    "worn": True,
+    "hz": 71.9,
+    "battery": 62,
+    "charging": False,
+}
 
 LINE = {
     "kind": "do",
@@ -221,3 +235,32 @@ def test_an_object_may_be_bytes():
     assert read_object(b'{"a":1}') == {"a": 1}
     with pytest.raises(MessageError):
         read_object(b"\xff\xfe\xfa")
+
+
+def test_a_headset_is_read_as_it_is_said():
+    assert read_device(SAID) == DeviceSaid("Quest 3", Immersion.VR, True, 71.9, 62.0, False)
+    least = read_device({"kind": "device", "immersion": "none", "hz": None, "battery": None})
+    assert least == DeviceSaid("", Immersion.NONE, False, None, None, False)
+    assert (
+        read_device({**SAID, "model": "\x1b<b>" + 99 * "x"}).model == "<b>" + (MAX_MODEL - 4) * "x"
+    )
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("model", 3),
+        ("immersion", "mr"),
+        ("immersion", None),
+        ("worn", 1),
+        ("hz", -1),
+        ("hz", 1e9),
+        ("hz", float("nan")),
+        ("battery", 101),
+        ("battery", "full"),
+        ("charging", "yes"),
+    ],
+)
+def test_what_cannot_be_is_refused_with_what_is_wanted(field, value):
+    with pytest.raises(MessageError, match=field):
+        read_device({**SAID, field: value})

@@ -96,7 +96,7 @@ def test_who_has_just_shaken_hands_is_counted_once(monkeypatch):
 
 def test_a_machine_without_descriptors_comes_back(house, monkeypatch):
     """Where the system refuses one more connection, the port goes on listening."""
-    loop = house.hub._loop
+    loop = house.hub._peers.loop
     real, failures = loop.sock_accept, []
 
     async def fail_once(listening):

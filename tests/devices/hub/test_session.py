@@ -5,14 +5,14 @@ import json
 import numpy as np
 import pytest
 
-from devices.hub.attendance import AWAY_NS
+from devices.hub.attendance import AWAY_NS, SHOWN_NS
 from devices.hub.entry.admission import Refused
 from devices.hub.entry.pairing import PairingRefused
 from devices.hub.entry.tokens import TOKEN_NS
 from devices.hub.inbox import Avatars
 from devices.hub.messages import Hello
 from devices.hub.roles import Op, Role
-from devices.hub.session import MAX_FAULTS, RENEW_NS, SHOWN_NS, Visit
+from devices.hub.session import MAX_FAULTS, RENEW_NS, Visit
 from devices.hub.wire import Body, Hand, decode_body, encode_body, unpack_bodies
 from scenes.pose import Pose
 from scenes.state import Annotation, SceneState, reduce_state
@@ -30,7 +30,7 @@ def body(room, guest, outbox, data):
 
 
 def avatars_of(room):
-    return Avatars().of(room.session.shown(room.now_ns))
+    return Avatars().of(room.session.attendance.shown(room.now_ns))
 
 
 def test_a_body_is_shown_for_two_seconds(room, body_at):

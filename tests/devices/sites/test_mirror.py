@@ -10,7 +10,7 @@ from devices.transport.followed import LogNews, News
 from devices.transport.keys import room
 from devices.transport.wire import Entry
 from scenes.state import Annotation, TrackState
-from tests.devices.sites.test_bytes import LINE, SURFACE, tracked
+from tests.devices.sites.test_bytes import LINE, SHAPE, SURFACE, tracked
 
 
 def news(*, objects=None, t_ns=10, items=(), is_whole=False, is_new=False):
@@ -35,24 +35,28 @@ def test_what_changes_is_reduced_and_what_does_not_stays_the_same_value():
 
 def test_an_object_that_is_gone_is_gone():
     mirror = Mirror()
-    mirror.take(news(objects=[tracked("chair", 1), tracked("desk", 2)], items=[LINE, SURFACE]))
+    mirror.take(
+        news(objects=[tracked("chair", 1), tracked("desk", 2)], items=[LINE, SURFACE, SHAPE])
+    )
     version = mirror.state.version
     mirror.take(news(objects=[tracked("desk", 2)]))
     assert set(mirror.state.objects) == {"desk"}
     assert set(mirror.state.annotations) == {"north.p1/a"}
     assert set(mirror.state.surfaces) == {"p2/s"}
+    assert set(mirror.state.primitives) == {"p1/b"}
     assert mirror.state.version > version
 
 
 def test_lines_come_and_go_and_a_whole_log_leaves_nothing_else():
     mirror = Mirror()
-    mirror.take(news(items=[LINE, SURFACE]))
+    mirror.take(news(items=[LINE, SURFACE, SHAPE]))
     gone = Annotation(LINE.annotation_id, "", np.zeros((0, 3)), (1, 1, 1))
     mirror.take(news(items=[gone]))
     assert not mirror.state.annotations
     mirror.take(news(items=[LINE], is_whole=True))
     assert set(mirror.state.annotations) == {"north.p1/a"}
     assert not mirror.state.surfaces
+    assert not mirror.state.primitives
     mirror.take(news(is_whole=True))
     assert not mirror.state.annotations
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from devices.sites.own_items import SURE_NS, OwnItems
 from scenes.state import Annotation, SceneState
-from tests.devices.sites.test_bytes import SURFACE
+from tests.devices.sites.test_bytes import SHAPE, SURFACE
 
 
 def line(key="p1/a", points=2, by="p1"):
@@ -68,6 +68,17 @@ def test_values_of_others_stay_the_same():
     changed = own.shown(state(line("p7/x", by="p7")), 2)
     assert changed.annotations["lab.p7/x"] is not first.annotations["lab.p7/x"]
     assert changed.surfaces == {}
+
+
+def test_shapes_are_as_the_room_has_them_by_the_names_of_here():
+    own = OwnItems("north", "lab")
+    mine, given = SHAPE, replace(SHAPE, primitive_id="north.p1/c", user_id="p2")
+    room = replace(state(), primitives={"p1/b": mine, "north.p1/c": given})
+    first = own.shown(room, 0).primitives
+    assert {key: it.user_id for key, it in first.items()} == {"lab.p1/b": "p1", "p1/c": "lab.p2"}
+    assert own.shown(room, 1).primitives["lab.p1/b"] is first["lab.p1/b"]
+    for key in ("lab.p1/b", "p1/c", "lab.south.p1"):
+        assert own.name_here(own.name_there(key)) == key
 
 
 def test_surfaces_go_the_same_way():

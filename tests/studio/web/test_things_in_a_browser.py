@@ -403,17 +403,33 @@ def test_what_somebody_has_left_is_taken_by_a_click(inside, echo, hub, invite_gu
     )
 
 
+def test_somebody_at_another_site_is_given_a_shape_and_gives_it_back(inside, echo, hub):
+    hub.meet([Elsewhere(Person("north.p1", 0, "Nils", Role.REMOTE), b"")])
+    choose(inside, "shape")
+    at = seen_at(inside, -0.8, 0, 0.5)
+    drag(inside, at, at)
+    body = echo.until(lambda state: only(state.primitives))
+    inside.wait_for("document.getElementById('thing-give').textContent === 'Give to Nils'")
+    inside.evaluate("document.getElementById('thing-give').click()")
+    echo.until(taken_by("north.p1"))
+    inside.wait_for(f"live.handing.shown().join() === '{body.primitive_id},Nils has it'")
+    pose = Pose.from_yaw(0.0, (-0.8, -0.5, 0.0))
+    moved = drawn_entity(replace(body, world_from_primitive=pose))
+    hub.act("north.p1", Do(1, Op.PRIMITIVE, moved))
+    hub.act("north.p1", Do(2, Op.GIVE, moved, to="p1"))
+    echo.until(taken_by("p1"))
+    inside.wait_for("/Nils gave you/.test(document.getElementById('notice').textContent)")
+    assert inside.messages == []
+
+
 def test_a_headsets_wearer_is_given_a_shape_and_whoever_clicks_it_gets_it_back(inside, echo, hub):
     wearer = Person("hololens", 0, "Ana", Role.LOCAL, is_yielding=True)
-    north = Person("north.p1", 0, "Nils", Role.REMOTE, is_taker=False)
     hub.meet([Elsewhere(wearer, b"")], way="hololens")
-    hub.meet([Elsewhere(north, b"")])
     choose(inside, "shape")
     at = seen_at(inside, -0.8, 0, 0.5)
     drag(inside, at, at)
     body = echo.until(lambda state: only(state.primitives))
     key = body.primitive_id
-    # Nobody of another site can be given one.
     inside.wait_for("document.getElementById('thing-give').textContent === 'Give to Ana'")
     inside.evaluate("document.getElementById('thing-give').click()")
     echo.until(taken_by("hololens"))

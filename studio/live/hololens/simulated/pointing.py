@@ -18,6 +18,8 @@ from scenes.mesh import PhysicalObject
 from scenes.pose import Pose
 from scenes.workers.task import Task
 from sim.headset.connection import HubAddress, HubConnection, HubRefusedError, connect, pair
+from sim.headset.device import SAY_S, QuestDevice
+from sim.headset.faults import HeadsetState
 from sim.hololens.simulator import Simulator
 from studio.live.hololens.display import RAY_END_M
 
@@ -120,8 +122,10 @@ class Pointer:
                 self._objects[name] = WORLD_FROM_GLTF @ pose @ GLTF_FROM_WORLD
 
     async def _send(self, hub: HubConnection, task: Task[None]) -> None:
-        """Point at one leg after another, at display rate."""
-        seq = 0
+        """Point at one leg after another, at display rate; say how the headset is."""
+        device = QuestDevice(seed=0, role=str(hub.welcome["role"]))
+        seq, since_s = 0, time.monotonic()
+        due_s = since_s + SAY_S
         while not task.is_cancelled and not hub.is_closed:
             there = sorted(self._objects.keys() & self._legs.keys())
             if there:
@@ -133,6 +137,10 @@ class Pointer:
                 self._aim = (name, end)
                 await hub.send_bytes(encode_body(body_at(end, seq=seq)))
                 seq += 1
+            if (now_s := time.monotonic()) >= due_s:
+                due_s = now_s + SAY_S
+                if said := device.said(now_s - since_s, pictures=seq, faults=HeadsetState()):
+                    await hub.send(said)
             await asyncio.sleep(1.0 / RATE_HZ)
 
     async def _watch(self, task: Task[None]) -> None:

@@ -369,11 +369,3 @@ def test_whoever_has_no_page_yields_a_shape_unless_they_move_it(board):
     board.give("p2", gift("p1/a", "hololens"), here=here, now_ns=now_ns + HOLD_NS)
     board.give("p3", gift("p1/a", "p3"), here=here, now_ns=now_ns + HOLD_NS)
     assert owner(board) == "p3"
-
-
-def test_somebody_of_another_site_is_given_nothing(board):
-    here = {**HERE, "north.p1": Person("north.p1", 9, "Nils", Role.REMOTE, is_taker=False)}
-    board.do("p1", body("a"), now_ns=0, name="Ann")
-    with pytest.raises(OpError, match="Nils is at another site"):
-        board.give("p1", gift("a", "north.p1"), here=here)
-    assert owner(board) == "p1"

@@ -132,7 +132,10 @@ class Room:
         self.session.act(person_id, do, now_ns=self.now_ns)
 
     def bodies(self):
-        return self.session.shown(self.now_ns)
+        return self.session.attendance.shown(self.now_ns)
+
+    def elsewhere(self, *, but):
+        return self.session.others.by_other_ways(but)
 
     def do(self, number, **fields):
         text = json.dumps({"kind": "do", "id": 1, **fields})

@@ -24,7 +24,12 @@ def seen(output):
     """People, their things and version of the state after a picture, as plain numbers."""
     state = output.state
     things = {
-        key: (thing.shape, thing.size_m, thing.world_from_primitive.matrix().tolist())
+        key: (
+            thing.user_id,
+            thing.shape,
+            thing.size_m,
+            thing.world_from_primitive.matrix().tolist(),
+        )
         for key, thing in state.primitives.items()
     }
     things |= {
@@ -88,6 +93,13 @@ def test_two_people_in_a_session_are_recorded_and_replayed_to_the_bit(live, tiny
     assert any(isinstance(value, RecordedAnnotation) for value in values)
     assert any(isinstance(value, RecordedPrimitive) for value in values)
     assert any(isinstance(value, RecordedProposal) for value in values)
+    # A box goes from one to the other, who takes it away: the states had it with either.
+    owners = [{key: thing[0] for key, thing in it[3].items()} for it in states.values()]
+    handed = {k for shown in owners for k, by in shown.items() if k[:3] == "p2/" and by == "p1"}
+    assert any(key not in owners[-1] for key in handed)
+    assert {shown[key] for shown in owners for key in handed & shown.keys()} == {"p1", "p2"}
+    events = " ".join(text for it in states.values() for text in it[4])
+    assert any(f"Ben 2 (p2) gave {key} to Ann 1" in events for key in handed)
     surfaces = [value.surface for value in values if isinstance(value, RecordedSurface)]
     assert any(surface.carried_to is not None for surface in surfaces)
     assert max(len(people) for _, people, *_ in states.values()) == 2

@@ -1,6 +1,8 @@
 """A room that is shared and a site of it in one process, without a router or a camera."""
 
+import importlib.util
 import time
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 import pytest
@@ -13,6 +15,7 @@ from devices.transport.local import Exchange, LocalTransport
 from scenes.state import SceneState, reduce_state
 from studio.live.sites.joined_site import JoinedSite
 from studio.live.sites.shared_room import SharedRoom
+from tests.devices.transport.networks import ZenohNetwork
 
 PATIENCE_S = 5.0
 
@@ -35,7 +38,7 @@ class Building:
     def turn(self):
         """Do what a frame does: people's changes enter the session, its state goes out."""
         arrived = self.room.take()
-        self.change(*arrived.avatars, *arrived.lines, *arrived.surfaces)
+        self.change(*arrived.avatars, *arrived.lines, *arrived.surfaces, *arrived.placed)
         self.room.publish(self.state)
         self.room.turn()
         self.site.turn()
@@ -49,15 +52,16 @@ class Building:
             time.sleep(0.01)
 
 
-@pytest.fixture
-def building():
-    exchange, clock, said = Exchange(), WallClock(), []
+@contextmanager
+def built(ways, *, session="lab"):
+    """A building of a room and a site, with the transports of both."""
+    clock, said = WallClock(), []
     hubs = [Hub(HubSettings(), {}, clock=clock) for _ in range(2)]
     for hub in hubs:
         hub.start()
     room = SharedRoom(
-        LocalTransport(exchange),
-        "lab",
+        ways[0],
+        session,
         about=RoomAbout("lab", "abc"),
         inner=hubs[0],
         hub=lambda: hubs[0],
@@ -66,8 +70,8 @@ def building():
         say=said.append,
     )
     site = JoinedSite(
-        LocalTransport(exchange),
-        session="lab",
+        ways[1],
+        session=session,
         name="north",
         hub=hubs[1],
         clock=clock,
@@ -80,3 +84,24 @@ def building():
     for each in (room, site):
         each._follower.close()
         each._source.close()
+
+
+@pytest.fixture
+def building():
+    exchange = Exchange()
+    with built([LocalTransport(exchange) for _ in range(2)]) as made:
+        yield made
+
+
+@pytest.fixture
+def routed(tmp_path):
+    """A building over a router with TLS and rules, and the network by which it is cut."""
+    if importlib.util.find_spec("zenoh") is None:
+        pytest.skip("eclipse-zenoh is not installed")
+    network = ZenohNetwork(tmp_path / "building")
+    try:
+        ways = [network.open("room", "hall-3"), network.open("site", "north")]
+        with built(ways, session="hall-3") as made:
+            yield made, network
+    finally:
+        network.close()

@@ -6,7 +6,8 @@ import json
 import aiohttp
 import numpy as np
 
-from devices.hub.roles import Role
+from devices.hub.elsewhere import Elsewhere
+from devices.hub.roles import Person, Role
 from devices.hub.wire import PICTURE_KIND, Body, encode_body, unpack_bodies
 from scenes.pose import Pose
 from scenes.state import Annotation, LiveSurface, TrackedObject, TrackState
@@ -24,7 +25,8 @@ class Client:
     """Somebody at a hub, with all that they were sent."""
 
     def __init__(self):
-        self.objects, self.lines, self.surfaces = {}, {}, {}
+        self.objects, self.lines, self.surfaces, self.shapes = {}, {}, {}, {}
+        self.answers, self.shapes_at_answers = {}, {}
         self.people, self.bodies, self.pictures = [], {}, {}
 
     async def join(self, http, hub, name):
@@ -39,6 +41,13 @@ class Client:
     async def do(self, **fields):
         await self.socket.send_json({"kind": "do", "id": 1, **fields})
 
+    async def answered(self, until, **fields):
+        """Do something; return the answer in words, "done" where it was done."""
+        number = len(self.answers) + 1
+        await self.do(id=number, **fields)
+        await until(lambda: number in self.answers)
+        return self.answers[number]
+
     async def _read(self):
         async for message in self.socket:
             if message.type is aiohttp.WSMsgType.BINARY:
@@ -50,16 +59,20 @@ class Client:
                 self.objects = fields["state"]["objects"]
                 self.lines = fields["state"]["lines"]
                 self.surfaces = fields["state"]["surfaces"]
+                self.shapes = fields["state"]["primitives"]
             if "people" in fields:
                 self.people = fields["people"]
             if kind == "state":
                 self.objects |= fields["objects"]
                 await self.socket.send_json({"kind": "seen", "version": fields["version"]})
+            if kind in ("done", "refused"):
+                self.answers[fields["id"]] = fields.get("why", "done")
+                self.shapes_at_answers[fields["id"]] = dict(self.shapes)
             if kind == "log":
-                items = self.lines if fields["op"] == "line" else self.surfaces
-                key = fields[fields["op"]]
+                kinds = {"line": self.lines, "surface": self.surfaces, "primitive": self.shapes}
+                items, key = kinds[fields["op"]], fields[fields["op"]]
                 items[key] = fields
-                if not fields.get("points") and not fields.get("corners"):
+                if not any(fields.get(field) for field in ("points", "corners", "shape")):
                     del items[key]
 
     def _binary(self, data):
@@ -78,7 +91,7 @@ def play(building, script):
     """Run a script of people at both hubs, while the session goes on."""
 
     async def until(happened):
-        end = asyncio.get_running_loop().time() + 5.0
+        end = asyncio.get_running_loop().time() + 15.0
         while not happened():
             assert asyncio.get_running_loop().time() < end, "it did not happen in time"
             building.turn()
@@ -120,6 +133,19 @@ def test_people_see_each_other_and_enter_the_session(building):
         index = {person["id"]: person["index"] for person in here.people}
         assert here.bodies == {index["north.p1"]: BODY}
         await until(lambda: set(building.state.avatars) == {"p1", "north.p1"})
+
+    play(building, script)
+
+
+def test_the_wearer_of_a_headset_is_seen_at_the_site(building):
+    wearer = Person("hololens", 0, "Ana", Role.LOCAL, is_yielding=True)
+
+    async def script(_here, there, until):
+        building.room_hub.meet([Elsewhere(wearer, BODY)], way="hololens")
+        await until(lambda: there.names.get("lab.hololens") == "Ana" and there.bodies)
+        assert [p["yields"] for p in there.people if p["id"] == "lab.hololens"] == [True]
+        assert building.room.turn() is None, "sites do not see it twice"
+        assert len(there.people) == 3
 
     play(building, script)
 

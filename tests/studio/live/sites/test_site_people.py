@@ -57,6 +57,8 @@ def test_a_site_that_is_not_reached_shows_nobody(people):
     people.take(news(is_away=True))
     assert people.everybody() == []
     assert ("away", "site north is not reached") in people.changes()[2]
+    people.take(news())
+    assert [each.person.person_id for each in people.everybody()] == ["north.p1"], "they are back"
 
 
 def test_a_whole_log_erases_what_is_not_in_it(people):

@@ -1,11 +1,17 @@
 """A remote person who points at legs."""
 
+import time
+from types import SimpleNamespace
+
 import numpy as np
 
+from devices.clock import WallClock
+from devices.hub.contract import HubSettings
+from devices.hub.server import Hub
 from devices.hub.wire import decode_body, encode_body
 from scenes.frames import WORLD_FROM_GLTF
 from scenes.samples import sample_room
-from studio.live.hololens.simulated.pointing import body_at, leg_of
+from studio.live.hololens.simulated.pointing import Pointer, body_at, leg_of
 
 
 def test_a_leg_is_at_a_corner_of_the_chair_above_the_floor():
@@ -20,3 +26,24 @@ def test_the_ray_ends_at_the_place():
     end = np.array([0.4, -0.3, 0.2])
     body = decode_body(encode_body(body_at(end, seq=3)))
     assert np.allclose(WORLD_FROM_GLTF @ body.ray[1], end, atol=1e-5)
+
+
+def test_whoever_points_says_how_the_headset_is(monkeypatch):
+    monkeypatch.setattr("studio.live.hololens.simulated.pointing.SAY_S", 0.1)
+    hub, said = Hub(HubSettings(), {}, clock=WallClock()), []
+    hub.start()
+    nothing = SimpleNamespace(shown=lambda: ())
+    simulator = SimpleNamespace(holograms=nothing, room_from_world=lambda: None)
+    words = (hub.url, hub.invite().code)
+    pointer = Pointer(words, {}, simulator=simulator, say=said.append)
+    pointer.start()
+    try:
+        deadline = time.monotonic() + 20.0
+        while not hub.headsets():
+            assert time.monotonic() < deadline, said
+            time.sleep(0.02)
+        (headset,) = hub.headsets()
+        assert (headset.person.name, headset.said.model) == ("Pointer", "Quest 3")
+    finally:
+        pointer.end()
+        hub.close()
