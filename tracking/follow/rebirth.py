@@ -102,9 +102,11 @@ def expected_of(task: Task) -> Expected:
     """Poses and places that an object may have gone to since it was last known."""
     track, now = task.track, task.scene.frame.t_ns
     known = track.world_from_known
-    believed = is_believed(track)
-    reach_m = JUMP_M + FASTEST_M_S * (now - (track.sure_ns if believed else track.known_ns)) * 1e-9
-    moved = track.world_from_object if believed else track.known_motion.predict(known, now)
+    if is_believed(track):
+        since_ns, moved = track.sure_ns, track.world_from_object
+    else:
+        since_ns, moved = track.known_ns, track.known_motion.predict(known, now)
+    reach_m = JUMP_M + FASTEST_M_S * (now - since_ns) * 1e-9
     height_m = float(known.translation[2])
     supports = tuple(h for h in task.support_heights_m if abs(h - height_m) < reach_m + 0.02)
     lowest = min(task.support_heights_m)
@@ -135,8 +137,9 @@ def _is_likelier(task: Task, item: Hypothesis) -> bool:
         return False
     if track.state in (TrackState.TRACKED, TrackState.STATIC):
         # What is followed shows less for a picture or two, too, in a hand or in another light.
-        shows_all = is_sure(support.nats_a_sample) and not is_sure(there.nats_a_sample)
-        missing_nats = CLEAR_SHARE * item.log_odds if shows_all else MISSING_SHARE * track.usual_nats
+        missing_nats = MISSING_SHARE * track.usual_nats
+        if is_sure(support.nats_a_sample) and not is_sure(there.nats_a_sample):
+            missing_nats = CLEAR_SHARE * item.log_odds
         return item.log_odds > there.nats + max(missing_nats, CLEAR_NATS)
     stood = track.world_from_stood
     rests = stood is not None and not is_other(model, stood, believed)

@@ -177,7 +177,7 @@ def born(
 
 
 def _expected_closely(expected: Expected) -> list[Pose]:
-    """Where an object should be, as it stood and a little lifted: refined, whatever shows coarsely."""
+    """Poses that are refined whatever shows coarsely: the likeliest one, and a little above it."""
     likeliest = expected.poses[0]
     up = np.array([0.0, 0.0, 0.5 * CARRIED_SIGMA_M])
     lifted = [Pose(likeliest.rotation, likeliest.translation + up)] if expected.lifts_m else []
