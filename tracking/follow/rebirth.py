@@ -77,11 +77,10 @@ def look_around(tasks: Sequence[Task]) -> dict[str, Track] | None:
 
 def _is_due(task: Task) -> bool:
     track, now = task.track, task.scene.frame.t_ns
-    if task.is_first or track.usual_nats <= CLEAR_NATS:
+    if task.is_first or track.usual_nats <= CLEAR_NATS or track.state is TrackState.STATIC:
         return False
     if is_believed(track):
-        has_moved = track.state is TrackState.TRACKED or track.review is not None
-        is_wanted = has_moved and now > track.sure_ns
+        is_wanted = now > track.sure_ns
         since_ns = max(track.looked_ns - track.sure_ns, 0)
     else:
         is_wanted = now - track.known_ns < KNOWN_NS
@@ -92,10 +91,8 @@ def _is_due(task: Task) -> bool:
 
 
 def is_believed(track: Track) -> bool:
-    """Whether an object is followed, or rests, where it accounts for what is to be seen of it."""
-    return track.state is TrackState.STATIC or (
-        track.state is TrackState.TRACKED and accounts_for(track, track.rate)
-    )
+    """Whether an object is followed where it accounts for what is to be seen of it."""
+    return track.state is TrackState.TRACKED and accounts_for(track, track.rate)
 
 
 def expected_of(task: Task) -> Expected:
@@ -135,10 +132,10 @@ def _is_likelier(task: Task, item: Hypothesis) -> bool:
     is_step = not is_other(model, item.world_from_object, believed)
     if is_step and is_sure(there.nats_a_sample):
         return False
-    if track.state in (TrackState.TRACKED, TrackState.STATIC):
+    if track.state is TrackState.TRACKED:
         # What is followed shows less for a picture or two, too, in a hand or in another light.
         missing_nats = MISSING_SHARE * track.usual_nats
-        if is_sure(support.nats_a_sample) and not is_sure(there.nats_a_sample):
+        if is_sure(support.nats_a_sample):
             missing_nats = CLEAR_SHARE * item.log_odds
         return item.log_odds > there.nats + max(missing_nats, CLEAR_NATS)
     stood = track.world_from_stood
