@@ -238,7 +238,7 @@ def _bound(
     through = shows_background(room, found.labels, package.views, renderer=renderer)
     through |= found.outliers
     surface, box = _box(package, found, through, renderer)
-    beside = box.supported & beside_foot(room, found.labels, box.support_z_m, surface=found.own)
+    beside = box.supported & beside_foot(room, found.labels, box.support_z_m)
     if beside.any():
         rest = found.labels & ~beside
         beside &= ~painting(room, rest, package.views, renderer=renderer)

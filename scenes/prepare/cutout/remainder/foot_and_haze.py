@@ -19,31 +19,25 @@ FloatArray = NDArray[np.float64]
 
 LEVEL_M = 0.015
 """Splats less far above the support may be the support's."""
+FOOT_M = 0.01
+"""A foot reaches at most so far beyond what stands on it."""
 FAR_M = 0.03
 """Haze farther than this from the object is none of it."""
 
 
-def beside_foot(
-    cloud: SplatCloud, labels: BoolArray, support_z_m: float, *, surface: FloatArray
-) -> BoolArray:
-    """(N,) the labelled splats in the support's level that are nearer to it than to the object.
+def beside_foot(cloud: SplatCloud, labels: BoolArray, support_z_m: float) -> BoolArray:
+    """(N,) the labelled splats in the support's level that nothing of the object stands on.
 
     Args:
         cloud: the whole room, metres.
         labels: (N,) the object's splats.
         support_z_m: height of what the object stands on.
-        surface: (K, 3) points on the object, as far as photos agree about them; what stands on its
-            foot counts as well.
     """
-    beside = np.zeros(len(cloud), dtype=bool)
     low = labels & (cloud.means[:, 2] < support_z_m + LEVEL_M)
     standing = labels & ~low & (cloud.opacities >= SOLID)
     if not low.any() or not standing.any():
-        return beside
-    at = cloud.means[low].astype(np.float64)
-    own = np.concatenate([surface, cloud.means[standing].astype(np.float64)])
-    beside[low] = np.abs(at[:, 2] - support_z_m) < KDTree(own).query(at)[0]
-    return beside
+        return np.zeros(len(cloud), dtype=bool)
+    return _farther(cloud, low, cloud.means[standing, :2].astype(np.float64), FOOT_M)
 
 
 def hanging_off(cloud: SplatCloud, which: BoolArray, points: FloatArray) -> BoolArray:
@@ -54,9 +48,13 @@ def hanging_off(cloud: SplatCloud, which: BoolArray, points: FloatArray) -> Bool
         which: (N,) splats found with the object.
         points: (K, 3) on the object.
     """
+    return _farther(cloud, which, points, FAR_M) if len(points) else which
+
+
+def _farther(cloud: SplatCloud, which: BoolArray, points: FloatArray, reach_m: float) -> BoolArray:
+    """(N,) those of some splats that lie farther than that from all points (K, 2 or 3)."""
     far = np.zeros(len(cloud), dtype=bool)
-    if not len(points):
-        return which
     if which.any():
-        far[which] = KDTree(points).query(cloud.means[which].astype(np.float64))[0] > FAR_M
+        at = cloud.means[which, : points.shape[1]].astype(np.float64)
+        far[which] = KDTree(points).query(at)[0] > reach_m
     return far
