@@ -69,9 +69,13 @@ def test_they_wait_where_another_object_had_its_turn(table, mug_elsewhere, compa
     assert track.compared_ns == 0
 
 
-def test_an_object_that_shows_as_much_as_usual_is_not_compared(table, mug_elsewhere, compared):
-    follow_for_a_second(table, mug_elsewhere, usual_rate=SURE)
-    assert compared == []
+@pytest.mark.parametrize("fps", [10, 30])
+def test_one_that_shows_as_much_as_usual_is_compared_twice_a_second(
+    table, mug_elsewhere, compared, fps
+):
+    """What was followed wrongly for long shows as usual, too."""
+    follow_for_a_second(table, mug_elsewhere, fps=fps, usual_rate=SURE)
+    assert len(compared) == 2
 
 
 def test_where_a_moving_one_was_is_weighed_only_if_it_is_doubtful(
