@@ -26,7 +26,7 @@ HEADER = struct.Struct("<BBHIQ")
 
 
 class Hearing:
-    """Everything that one person has heard.
+    """Everything that one person has received.
 
     Args:
         tally: takes the figures.

@@ -69,8 +69,8 @@ like nothing around it, -ln 0.3."""
 
 SURE_RATE = 0.96
 """Nats a sample from which a pose shows all that an object shows: four fifths of what a sample says
-that looks like nothing around it. Of what was followed in the sequences of fourteen random rooms,
-95 of 100 right answers had as much, and a third of the wrong ones."""
+that looks like nothing around it. Of what was followed in the sequences of rooms 100 to 105, 94 of
+100 right answers had as much, and 39 of 100 wrong ones."""
 
 CERTAIN_NATS = 60.0
 """Nats beyond which odds make no difference: 1e26 to one."""

@@ -94,7 +94,7 @@ def test_two_people_in_a_session_are_recorded_and_replayed_to_the_bit(live, tiny
     assert any(isinstance(value, RecordedPrimitive) for value in values)
     assert any(isinstance(value, RecordedProposal) for value in values)
     # A box goes from one to the other, who takes it away: the states had it with either.
-    owners = [{key: thing[0] for key, thing in it[3].items()} for it in states.values()]
+    owners = [{key: shape[0] for key, shape in it[3].items()} for it in states.values()]
     handed = {k for shown in owners for k, by in shown.items() if k[:3] == "p2/" and by == "p1"}
     assert any(key not in owners[-1] for key in handed)
     assert {shown[key] for shown in owners for key in handed & shown.keys()} == {"p1", "p2"}
