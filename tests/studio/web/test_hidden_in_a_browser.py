@@ -97,6 +97,7 @@ def test_it_hides_what_is_behind_it_and_nothing_of_the_room(joined, hub):
     # What stands before it is seen.
     hub.hide_behind({(0, 0, 0): NOTHING, **{(0, 0, 1): board(1.3)[0, 0, 0]}})
     page.wait_for("live.room.hidden.cells.has('0 0 1') && !live.room.hidden.cells.has('0 0 0')")
+    page.wait_for("!live.room.hidden.isOld")  # the cells have come; the next picture has them
     assert seen_of(page)[0] > 0.9 * seen
     assert page.messages == []
 
