@@ -119,9 +119,9 @@ def is_sure(rate: float) -> bool:
     return rate >= SURE_RATE
 
 
-def shows_as_usual(track: Track, belief: Belief) -> bool:
-    """Whether an object shows about as much where it was measured as it usually does."""
-    return belief.found.nats_a_sample >= AS_USUAL * _usual_rate(track)
+def shows_as_usual(track: Track, rate: float) -> bool:
+    """Whether a pose with so many nats a sample shows about as much as an object usually does."""
+    return rate >= AS_USUAL * _usual_rate(track)
 
 
 def _usual_rate(track: Track) -> float:
@@ -175,14 +175,16 @@ def near(
 def is_at_rest_still(task: Task, belief: Belief, *, is_doubtful: bool) -> bool:
     """Whether a resting object is likelier to be where it was than where it was measured.
 
-    A move that does not account for what changed needs clear odds.
+    A move where nothing has changed, or that does not account for it, needs clear odds.
 
     Args:
         task: the object, at rest until now.
         belief: its measurement.
         is_doubtful: whether the move needs clear odds anyway.
     """
-    margin = CLEAR_NATS if is_doubtful or not accounts_for_change(task, belief) else 0.0
+    has_changed = belief.before.nats + CLEAR_NATS < task.track.usual_nats
+    is_explained = has_changed and accounts_for_change(task, belief)
+    margin = CLEAR_NATS if is_doubtful or not is_explained else 0.0
     return belief.before.nats + margin >= belief.found.nats
 
 

@@ -122,15 +122,11 @@ def _decided(
 ) -> Track:
     """The track by a measurement that is not the first: at rest, followed, taken back or missed."""
     track, now = task.track, task.scene.frame.t_ns
-    rested = track.state is TrackState.STATIC and track.missed_frames == 0
-    if rested and is_on_a_passer_by(track, belief):
-        return _at_rest(task, evidence, belief, unchanged=unchanged)
-    is_doubtful = unchanged or not _has_moved(task, belief.fit, unchanged=unchanged)
-    if rested and is_at_rest_still(task, belief, is_doubtful=is_doubtful):
+    if track.was_at_rest and _is_where_it_rested(task, belief, unchanged=unchanged):
         return _at_rest(task, evidence, belief, unchanged=unchanged)
     if _is_comparison_due(task, belief):
         task = replace(task, track=replace(track, compared_ns=now))
-        back = task.track if rested else _back(task, min_nats=max(belief.found.nats, 0.0))
+        back = task.track if track.was_at_rest else _back(task, min_nats=max(belief.found.nats, 0.0))
         if back is not task.track:
             return back
         belief = _climbed(
@@ -146,10 +142,25 @@ def _decided(
     return miss(task, belief)
 
 
+def _is_where_it_rested(task: Task, belief: Belief, *, unchanged: bool) -> bool:
+    """Whether what was at rest is likelier to be there than where it was measured.
+
+    What moved is in no doubt where it is now, or leaves the empty room behind.
+    """
+    track, rate = task.track, belief.found.nats_a_sample
+    if is_on_a_passer_by(track, belief):
+        return True
+    has_gone = belief.before.nats < -CLEAR_NATS and accounts_for(track, rate)
+    if not has_gone and not is_sure(rate) and not shows_as_usual(track, rate):
+        return True
+    is_doubtful = unchanged or not _has_moved(task, belief.fit, unchanged=unchanged)
+    return is_at_rest_still(task, belief, is_doubtful=is_doubtful)
+
+
 def _is_comparison_due(task: Task, belief: Belief) -> bool:
     """Whether poses beside an object's, and the one at which it stood, are compared again."""
     # What was followed wrongly for long shows as usual, too.
-    share = COMPARED_SHARE[shows_as_usual(task.track, belief)]
+    share = COMPARED_SHARE[shows_as_usual(task.track, belief.found.nats_a_sample)]
     waited_ns = task.scene.frame.t_ns - task.track.compared_ns
     wait_ns = task.costs.cost_ms(Step.BESIDE) / share * 1e6
     # A picture comes a little early or late.
@@ -181,6 +192,7 @@ def _back(task: Task, *, min_nats: float = 0.0) -> Track:
         world_from_object=stood,
         motion=Motion.rest(now),
         state=TrackState.OCCLUDED,
+        was_at_rest=True,
         rest=None,
         reduced=None,
     )
@@ -196,13 +208,16 @@ def _corrected(task: Task, before: Fit, after: Fit) -> Task:
 
 def _at_rest(task: Task, evidence: Evidence, belief: Belief, *, unchanged: bool) -> Track:
     """The track of an object that is likelier where it rested than where it was measured."""
-    if is_shaken(task.track, belief) and not unchanged:
+    is_hidden = task.track.state is not TrackState.STATIC
+    if is_shaken(task.track, belief) and not unchanged and not is_hidden:
         task, fit = review_yaw(task, evidence, belief, is_shaken=True)
         if fit is not belief.fit:
             turned = weigh_measurement(task, belief.observation, fit)
             if accounts_for_change(task, turned):
                 return accept(task, evidence, turned, rests=False, unchanged=False)
-    if belief.before.nats < CLEAR_NATS and not unchanged:
+    before = belief.before
+    is_seen = accounts_for(task.track, before.nats_a_sample) or not is_hidden
+    if not unchanged and (before.nats < CLEAR_NATS or not is_seen):
         return miss(task, belief)
     if _has_moved(task, belief.fit, unchanged=unchanged):
         belief = at_pose(task, evidence, belief, task.track.world_from_object)

@@ -56,8 +56,8 @@ KEPT_SHARE = 0.8
 go away, over some five frames."""
 
 RATE_KEPT = 0.95
-"""Share of its usual nats a sample that an object keeps from one frame to the next: from another
-side it may show less."""
+"""Share of its usual nats a sample that a moving object keeps from one frame to the next: from
+another side it may show less."""
 
 FORGOTTEN = 0.15
 """Weight of a frame's lower value in the running inlier ratio and correlation. Chosen on the rooms
@@ -88,7 +88,7 @@ def accept(
     step = _step_of(task, fit)
     distance, turn = float(np.linalg.norm(step[:3])), abs(float(step[3]))
     seen = _see(task, belief, rests=rests)
-    if track.state is TrackState.STATIC and rests:
+    if track.was_at_rest and rests:
         rested = _rest_on(task, evidence, seen, fit, step=step, unchanged=unchanged)
         return _know(rested, belief.found, now_ns=now)
     still = distance < RESTING_STEP_M and turn < RESTING_STEP_RAD
@@ -101,6 +101,7 @@ def accept(
             world_from_stood=fit.world_from_object,
             motion=Motion.rest(now),
             state=TrackState.STATIC,
+            was_at_rest=True,
             still_frames=still_frames,
             rest=rest_of(task, fit),
             appearance=_appearance(task, evidence, fit),
@@ -114,6 +115,7 @@ def accept(
         world_from_object=fit.world_from_object,
         motion=motion,
         state=TrackState.TRACKED,
+        was_at_rest=False,
         still_frames=still_frames,
         rest=None,
         appearance=_appearance_in_motion(task, evidence, fit),
@@ -152,12 +154,13 @@ def _see(task: Task, belief: Belief, *, rests: bool) -> Track:
 def _know(track: Track, support: PoseSupport, *, now_ns: int) -> Track:
     """The track with its pose as the latest known one, if that accounts for what is seen."""
     rate = support.nats_a_sample
+    kept = 1.0 if track.was_at_rest else RATE_KEPT
     if support.is_covered or not accounts_for(track, rate):
         return track
     return replace(
         track,
         sure_ns=now_ns if is_sure(rate) else track.sure_ns,
-        usual_rate=max(rate, RATE_KEPT * track.usual_rate),
+        usual_rate=max(rate, kept * track.usual_rate),
         world_from_known=track.world_from_object,
         known_ns=now_ns,
         known_motion=track.motion,
@@ -187,6 +190,7 @@ def _rest_on(
         seen,
         world_from_object=world_from_object,
         motion=Motion.rest(task.scene.frame.t_ns),
+        state=TrackState.STATIC,
         rest=rest_of(task, fit),
         appearance=memory,
     )

@@ -159,6 +159,7 @@ def _born(task: Task, item: Hypothesis) -> Track:
         covariance=uncertainty(task.scene, task.model, fit),
         visible_fraction=fit.visible_fraction,
         confidence=1.0 / (1.0 + math.exp(-min(item.log_odds, CERTAIN_NATS))),
+        was_at_rest=False,
         usual_inlier_ratio=fit.unoccluded_inlier_ratio,
         usual_correlation=max(fit.colour_correlation, 0.0),
         usual_nats=item.support.nats,

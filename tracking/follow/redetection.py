@@ -228,6 +228,7 @@ def _redetect(task: Task, assignment: Assignment | None) -> Track:
         known_ns=now,
         known_motion=Motion.rest(now),
         sure_ns=now,
+        was_at_rest=rest is not None,
         still_frames=0 if rest is None else RESTING_FRAMES,
         missed_frames=0,
         searches_in_vain=0,

@@ -113,6 +113,7 @@ class Track:
             recognised there; 1 if not measured.
         silhouette_bias_m: learned distance of the rendered silhouette outside the real one.
         silhouette_bias_sigma_m: standard deviation of that.
+        was_at_rest: whether it was at rest when it was last seen.
         still_frames: consecutive frames with a step below `RESTING_STEP_M`.
         missed_frames: consecutive frames without an accepted measurement.
         usual_rate: `nats_a_sample` where it was last known; 0 before.
@@ -146,6 +147,7 @@ class Track:
     initial_correlation: float
     silhouette_bias_m: float
     silhouette_bias_sigma_m: float
+    was_at_rest: bool
     still_frames: int
     missed_frames: int
     usual_rate: float
@@ -230,6 +232,7 @@ def new_track(model: TrackModel) -> Track:
         initial_correlation=1.0,
         silhouette_bias_m=SILHOUETTE_BIAS_M,
         silhouette_bias_sigma_m=SILHOUETTE_BIAS_SIGMA_M,
+        was_at_rest=True,
         still_frames=RESTING_FRAMES,
         missed_frames=0,
         usual_rate=0.0,

@@ -43,8 +43,11 @@ def a_task(usual):
     ("found", "before", "usual", "is_doubtful", "rests"),
     [
         (20.0, 20.5, 20.0, False, True),
-        (20.0, 19.0, 20.0, False, False),
-        (20.0, 19.0, 20.0, True, True),
+        (20.0, 16.5, 20.0, False, False),
+        (20.0, 16.5, 20.0, True, False),
+        (19.0, 16.5, 20.0, True, True),
+        # Nothing has changed where it stands.
+        (20.0, 19.0, 20.0, False, True),
         # Neither pose accounts for what changed: somebody stands before it.
         (8.0, 6.0, 20.0, False, True),
         (12.0, 6.0, 20.0, False, False),

@@ -7,11 +7,16 @@ import pytest
 
 from scenes.pose import Pose
 from scenes.state import TrackState
+from tracking.evidence.evidence import gather, view_of
 from tracking.follow import follow as follow_module
+from tracking.follow.belief import Belief
 from tracking.follow.follow import follow
+from tracking.hypotheses.refinement import fit_at
+from tracking.likelihood.pixel_model import PoseSupport
 from tracking.solve.motion import Motion
 
 SECOND_NS = 1_000_000_000
+SAMPLES = 36.0
 
 
 @pytest.fixture
@@ -42,6 +47,7 @@ def follow_for_a_second(table, mug_elsewhere, *, fps=10, may_compare=True, usual
             track,
             world_from_object=aside,
             state=TrackState.TRACKED,
+            was_at_rest=False,
             still_frames=0,
             usual_rate=usual_rate,
         )
@@ -91,3 +97,42 @@ def test_where_a_moving_one_was_is_weighed_only_if_it_is_doubtful(
     monkeypatch.setattr(follow_module, "weigh_measurement", noted)
     follow_for_a_second(table, mug_elsewhere, usual_rate=SURE)
     assert weighed == []
+
+
+@pytest.mark.parametrize("state", [TrackState.STATIC, TrackState.OCCLUDED])
+@pytest.mark.parametrize(
+    ("found", "before", "moves"),
+    [
+        # In doubt nowhere but at its place, where it shows no more.
+        (40.0, 5.0, True),
+        # Somebody in its colours stands before it: it usually shows twice as much.
+        (20.0, 12.0, False),
+        # As much in another light or hand, once the empty room shows where it stood.
+        (20.0, -10.0, True),
+        # Whoever hides it says as much for its place as for another.
+        (32.0, 31.0, False),
+    ],
+)
+def test_what_rests_or_is_hidden_there_moves_only_to_where_it_is_in_no_doubt(
+    table, mug_elsewhere, monkeypatch, state, found, before, moves
+):
+    scene, now = mug_elsewhere
+    task = table.task(scene, "mug-1")
+    usual = PoseSupport(40.0, SAMPLES, 1.0, 1.0, 0.0, 900.0)
+    track = replace(
+        task.track, state=state, usual_nats=usual.nats, usual_rate=usual.nats_a_sample
+    )
+
+    def weighed(task, observation, fit):
+        evidence = gather(
+            task.scene, task.model, view_of(task.scene, task.model, now), task.neighbours
+        )
+        there, here = (replace(usual, nats=nats) for nats in (found, before))
+        at_once = fit_at(task.scene, task.model, evidence, now)
+        return Belief(observation, at_once, there, lambda: here)
+
+    monkeypatch.setattr(follow_module, "weigh_measurement", weighed)
+    after = follow(replace(task, track=track), unchanged=False)
+    apart = after.world_from_object.translation - track.world_from_object.translation
+    assert (float(np.linalg.norm(apart)) > 0.001) == moves
+    assert after.was_at_rest != moves
