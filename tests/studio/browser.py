@@ -12,10 +12,10 @@ import shutil
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,10 +42,41 @@ os.execv(sys.argv[3], sys.argv[3:])
 """
 """Starts a program with two open files as its third and fourth, where the browser looks."""
 
+AT_REST = """(async () => {
+  const page = window.live ?? window.viewer;
+  for (let drawn = -1, still = 0; still < 3;) {
+    await new Promise(requestAnimationFrame);
+    const { spark } = page.room;
+    const isStill = page.drawn() > 0 && page.drawn() === drawn && page.sharpness() === 0
+      && !spark.sorting && !spark.sortDirty;
+    still = isStill ? still + 1 : 0;
+    drawn = page.drawn();
+  }
+})()"""
+"""Kept once the live page or the viewer lets frames pass without drawing: splats are sorted beside,
+and a slow machine's pictures are coarse until nothing moves."""
+
+Found = TypeVar("Found")
+
 
 def browser_path() -> str | None:
     """The first browser there is, or None."""
     return next((found for name in NAMES if (found := shutil.which(name))), None)
+
+
+def until(
+    is_wanted: Callable[[Found], object],
+    measure: Callable[[], Found],
+    *,
+    seconds: float = ANSWER_WITHIN_S,
+) -> Found:
+    """The first of the values that are measured one after another that is as wanted."""
+    deadline = time.monotonic() + seconds
+    while not is_wanted(found := measure()):
+        if time.monotonic() > deadline:
+            raise TimeoutError(f"not as wanted after {seconds:g} s: {found}")
+        time.sleep(0.05)
+    return found
 
 
 class Page:
@@ -103,6 +134,12 @@ class Page:
         self.call("Emulation.setTouchEmulationEnabled", enabled=is_phone)
         self.call("Page.navigate", url=url)
 
+    def reload(self) -> None:
+        """Load the page anew; what is asked of it afterwards is asked of the new one."""
+        self.evaluate("window.isOld = true")
+        self.call("Page.reload")
+        until(bool, self._is_new)
+
     def evaluate(self, script: str) -> Any:
         """The value of an expression in the page, a promise's when it is kept."""
         answer = self.call(
@@ -119,6 +156,15 @@ class Page:
             if time.monotonic() > deadline:
                 raise TimeoutError(f"{script}: not true after {seconds:g} s; {self.messages}")
             time.sleep(0.05)
+
+    def rest(self) -> None:
+        """Until the live page or the viewer draws no more: its picture is as it stays."""
+        self.evaluate(AT_REST)
+
+    def pass_frames(self, count: int = 2) -> None:
+        """Until so many more pictures were drawn from beginning to end, in a headset too."""
+        drawn = self.evaluate("live.drawn()")
+        self.wait_for(f"live.drawn() >= {drawn + count}")
 
     def click(self, x: float, y: float) -> None:
         """The left button down and up."""
@@ -140,6 +186,12 @@ class Page:
         """(H, W, 3) what is on the page."""
         data = base64.b64decode(self.call("Page.captureScreenshot", format="png")["data"])
         return np.asarray(Image.open(io.BytesIO(data)).convert("RGB"))
+
+    def _is_new(self) -> bool:
+        try:
+            return self.evaluate("window.isOld === undefined")
+        except RuntimeError:  # it is being exchanged
+            return False
 
     def _next(self, deadline: float) -> dict[str, Any]:
         while b"\0" not in self._rest:

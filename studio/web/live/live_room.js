@@ -70,7 +70,6 @@ export class LiveRoom extends Stage {
       this.scene.add(whole);
       this.scene.remove(this.shownRoom);
       this.shownRoom = whole;
-      this.solid.updateMatrixWorld();
     }
     await Promise.all([...this.objects.values()].map(async (body) => {
       if (body.item.shadow_part === null) return;
@@ -174,6 +173,7 @@ export class LiveRoom extends Stage {
   }
 
   #metresTo(mesh, origin, direction) {
+    mesh.updateWorldMatrix(true, false); // also where it has moved since the last picture
     this.raycaster.set(origin, direction);
     this.raycaster.near = 0.05;
     this.raycaster.far = RAY_M;

@@ -1,6 +1,7 @@
 """A room small enough for a browser without a graphics card, its hub, and a second person."""
 
 import importlib.util
+import time
 from pathlib import Path
 
 import numpy as np
@@ -13,9 +14,11 @@ from scenes.package import ScenePackage
 from scenes.pose import Pose
 from scenes.quad import QrCode
 from scenes.splats import SplatCloud
-from scenes.state import ObjectModel
+from scenes.state import ObjectModel, SceneState, TrackedObject, TrackState, reduce_state
 from studio.web.live_page import live_page
 
+READY = "document.documentElement?.dataset.state === 'ready'"
+JOINING = "document.documentElement?.dataset.state === 'join'"
 PER_WALL = 300
 CODES = ((0.5, 1.5, 1.2), (2.0, -0.5, 1.3), (-1.0, 1.5, 1.4))
 """Middles of the printed codes on the walls."""
@@ -124,3 +127,88 @@ def invite_guest(hub):
 def iwer_source(node_file):
     """The emulated headset, as a script that a page runs before its own."""
     return node_file("iwer", "build", "iwer.min.js").read_text(encoding="utf-8")
+
+
+class Echo:
+    """A session's part: what people send enters the state, which goes back to them."""
+
+    def __init__(self, hub, state):
+        self.hub, self.state = hub, state
+        hub.publish(state)
+
+    def until(self, wanted, seconds=90.0):
+        """Take what comes until the state is as wanted; return what was wanted of it."""
+        deadline = time.monotonic() + seconds
+        while time.monotonic() < deadline:
+            arrived = self.hub.take()
+            for change in (*arrived.surfaces, *arrived.lines, *arrived.placed):
+                self.state = reduce_state(self.state, change, 0)
+            self.hub.publish(self.state)
+            if found := wanted(self.state):
+                return found
+            time.sleep(0.02)
+        raise TimeoutError("the state is not as wanted")
+
+    def place(self, x, y=0.2, yaw=0.0):
+        """Let the tracked object be somewhere."""
+        now = time.monotonic_ns()
+        pose = Pose.from_yaw(yaw, (x, y, 0.0))
+        box = TrackedObject("box-1", now, pose, np.zeros((4, 4)), 1.0, TrackState.TRACKED, 1.0, 0)
+        self.state = reduce_state(self.state, box, now)
+        self.hub.publish(self.state)
+
+
+@pytest.fixture
+def echo(hub):
+    found = Echo(hub, SceneState())
+    found.place(0.3)
+    return found
+
+
+@pytest.fixture
+def inside(page, hub, echo):
+    """The page in the room, looking down on it from the front."""
+    page.visit(hub.invite().url, width=1000, height=640)
+    page.wait_for(JOINING)
+    page.evaluate("document.getElementById('name').value = 'Ada'")
+    page.evaluate("document.getElementById('join-button').click()")
+    page.wait_for(READY)
+    page.wait_for("live.isWhole()")
+    page.evaluate(
+        "document.getElementById('panel').hidden = true; dispatchEvent(new Event('resize'))"
+    )
+    page.evaluate(
+        "live.control.camera.position.set(0, -2.6, 2.2);"
+        "live.control.lookAt(live.room.camera.position.clone().set(0, 0.6, 0.5))"
+    )
+    return page
+
+
+def seen_at(page, x, y, z):
+    """Where a place of the room (headset axes) is in the picture, as one looks now.
+
+    The camera's matrices are brought up to date first, which else the next picture does.
+    """
+    return page.evaluate(
+        "(live.room.camera.updateMatrixWorld(),"
+        " ((p) => [(1 + p.x) / 2 * innerWidth, (1 - p.y) / 2 * innerHeight])"
+        f"(live.room.upright.localToWorld(live.room.camera.position.clone().set({x}, {y}, {z}))"
+        ".project(live.room.camera)))"
+    )
+
+
+def drag(page, *places):
+    mouse = {"button": "left", "buttons": 1, "clickCount": 1}
+    for kind, (x, y) in zip(
+        ["mousePressed", *["mouseMoved"] * (len(places) - 2), "mouseReleased"], places, strict=True
+    ):
+        page.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, **mouse)
+        time.sleep(0.05)  # the page looks for a surface at most every 15 ms
+
+
+def choose(page, tool):
+    page.evaluate(f"document.getElementById('tool-{tool}').click()")
+
+
+def only(items):
+    return next(iter(items.values())) if len(items) == 1 else None

@@ -6,6 +6,7 @@ import asyncio
 import json
 import threading
 import time
+from concurrent.futures import Future
 from typing import Any
 
 import aiohttp
@@ -15,6 +16,7 @@ from devices.hub.wire import Body, Controller, Hand, encode_body
 from scenes.pose import Pose, rotation_from_quaternion
 
 ANSWER_WITHIN_S = 10.0
+KEPT_EVERY_S = 0.05
 FINGERS = (4, 5, 5, 5, 5)
 
 
@@ -31,6 +33,7 @@ class Guest:
         self.messages: list[dict[str, Any]] = []
         self.bodies: list[bytes] = []
         self._seq = 0
+        self._keeping: Future[None] | None = None
         self._loop = asyncio.new_event_loop()
         self._thread = threading.Thread(target=self._loop.run_forever)
         self._thread.start()
@@ -42,6 +45,17 @@ class Guest:
         t_us = time.monotonic_ns() // 1000
         self._run(self._socket.send_bytes(encode_body(Body(self._seq, t_us, **parts))))
 
+    def keep(self, **parts: Any) -> None:
+        """Send a body again and again, as a device does, in place of the one before."""
+        self.stop()
+        self._keeping = asyncio.run_coroutine_threadsafe(self._send_kept(parts), self._loop)
+
+    def stop(self) -> None:
+        """Send the body that is kept no more."""
+        if self._keeping is not None:
+            self._keeping.cancel()
+            self._keeping = None
+
     def do(self, **fields: Any) -> None:
         """Ask for an operation."""
         self._seq += 1
@@ -49,6 +63,7 @@ class Guest:
         self._run(self._socket.send_str(json.dumps(message)))
 
     def close(self) -> None:
+        self.stop()
         self._run(self._session.close())
         self._loop.call_soon_threadsafe(self._loop.stop)
         self._thread.join()
@@ -56,6 +71,13 @@ class Guest:
 
     def _run(self, coroutine: Any) -> Any:
         return asyncio.run_coroutine_threadsafe(coroutine, self._loop).result(ANSWER_WITHIN_S)
+
+    async def _send_kept(self, parts: dict[str, Any]) -> None:
+        while not self._socket.closed:
+            self._seq += 1
+            t_us = time.monotonic_ns() // 1000
+            await self._socket.send_bytes(encode_body(Body(self._seq, t_us, **parts)))
+            await asyncio.sleep(KEPT_EVERY_S)
 
     async def _join(self, url: str, code: str, name: str) -> asyncio.Task[None]:
         self._session = aiohttp.ClientSession()

@@ -2,8 +2,8 @@
 
 import pytest
 
-READY = "document.documentElement?.dataset.state === 'ready'"
-JOINING = "document.documentElement?.dataset.state === 'join'"
+from tests.studio.web.conftest import JOINING, READY
+
 MIN_SCORE = 90
 SIZES = {"desk": (1280, 800, False), "phone": (390, 844, True)}
 

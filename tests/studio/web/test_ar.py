@@ -12,8 +12,9 @@ from devices.hub.wire import decode_body, unpack_bodies
 from scenes.frames import WORLD_FROM_GLTF
 from scenes.pose import Pose
 from scenes.state import Proposal, SceneState, TrackedObject, TrackState, reduce_state
+from tests.studio.browser import until
+from tests.studio.web.conftest import JOINING, READY
 
-READY = "document.documentElement?.dataset.state === 'ready'"
 WEAR = """
 window.headset = new IWER.XRDevice(IWER.metaQuest3);
 headset.installRuntime({ forceInstall: true });
@@ -55,7 +56,7 @@ def joined(page, hub, iwer_source):
     """The page of somebody who has joined, with the emulated headset."""
     added = page.call("Page.addScriptToEvaluateOnNewDocument", source=iwer_source + WEAR)
     page.visit(hub.invite().url, width=480, height=360)
-    page.wait_for("document.documentElement?.dataset.state === 'join'")
+    page.wait_for(JOINING)
     page.evaluate("document.getElementById('name').value = 'Ada'")
     page.evaluate("document.getElementById('join-button').click()")
     page.wait_for(READY)
@@ -83,7 +84,7 @@ def mark(page, place):
     at = wanted
     for _ in range(2):
         page.evaluate(f"{right}.position.set({at[0]}, {at[1]}, {at[2]})")
-        time.sleep(0.25)
+        page.pass_frames()
         at = at + wanted - page.evaluate(f"{tip}.toArray()")
     before = words(page)
     page.evaluate(f"{right}.updateButtonValue('trigger', 1)")
@@ -102,24 +103,30 @@ def laying(page):
     return None if found is None else (found["yaw"], np.array(found["place"]))
 
 
-def newest_head(guest, seconds=20.0):
-    deadline = time.monotonic() + seconds
-    while time.monotonic() < deadline:
-        for data in guest.bodies[-3:][::-1]:
-            for _index, body in unpack_bodies(data):
-                return decode_body(body)
-        time.sleep(0.02)
-    raise TimeoutError("no body came")
+def body_with_controller(guest):
+    """The newest body that has a right controller: one has none before one enters."""
+
+    def newest():
+        bodies = (decode_body(b) for data in guest.bodies[-3:] for _, b in unpack_bodies(data))
+        return next((body for body in bodies if body.controllers[1] is not None), None)
+
+    return until(bool, newest)
+
+
+COUNT_SENT = """
+const send = live.link.sendBody.bind(live.link);
+window.sentBodies = 0;
+live.link.sendBody = (bytes) => { window.sentBodies += 1; return send(bytes); };
+"""
 
 
 def test_the_room_is_laid_by_marks_and_others_see_where_one_stands(joined, invite_guest):
     page, guest = joined, invite_guest("Grace")
     enter(page)
     assert "1 of 3: touch the middle of the code “box:1”" in words(page)
-    time.sleep(0.3)
-    before = len(guest.bodies)
-    time.sleep(1.5)
-    assert len(guest.bodies) == before, "nobody knows where one stands before"
+    page.evaluate(COUNT_SENT)
+    page.pass_frames(20)
+    assert page.evaluate("sentBodies") == 0, "nobody knows where one stands before"
     lay(page, CODES[:2])
     assert laying(page) is None
     mark(page, CODES[2] + np.array([0.01, 0.0, 0.0]))  # a hand is not exact
@@ -128,12 +135,11 @@ def test_the_room_is_laid_by_marks_and_others_see_where_one_stands(joined, invit
     yaw, place = laying(page)
     assert yaw == pytest.approx(YAW, abs=0.01)
     assert place == pytest.approx(PLACE, abs=0.015)
-    body = newest_head(guest)
+    body = body_with_controller(guest)
     assert body.room_from_head.translation == pytest.approx(HEAD, abs=0.02)
-    assert body.controllers[1] is not None
     # Neither thumbstick nor button moves one who walks by themselves.
     page.evaluate("headset.controllers.right.updateAxes('thumbstick', 1, -1)")
-    time.sleep(0.3)
+    page.pass_frames(5)
     assert laying(page)[1] == pytest.approx(place, abs=1e-4)
     page.evaluate("headset.controllers.right.updateAxes('thumbstick', 0, 0)")
     assert page.messages == []
@@ -212,7 +218,7 @@ def test_it_stays_laid_by_its_anchor_and_lies_there_the_next_time(joined):
     # The headset corrects its space by 20 cm, the anchor with it: the room stays where it is.
     page.evaluate(CORRECT_SPACE)
     page.wait_for(f"Math.abs(live.headset.passthrough.laying.place[0] - {place[0]}) > 0.1")
-    time.sleep(0.3)
+    page.pass_frames()
     assert head() == pytest.approx(before, abs=0.005)
     page.evaluate("window.shift = 0; headset.position.x -= 0.2")
 
@@ -301,7 +307,7 @@ def test_the_camera_is_a_place_as_well_and_a_room_needs_two(joined, hub):
 
 def test_a_device_without_ar_says_so_in_a_line(page, hub):
     page.visit(hub.invite().url, width=480, height=360)
-    page.wait_for("document.documentElement?.dataset.state === 'join'")
+    page.wait_for(JOINING)
     page.evaluate("document.getElementById('name').value = 'Ada'")
     page.evaluate("document.getElementById('join-button').click()")
     page.wait_for(READY)

@@ -2,7 +2,6 @@
 
 import base64
 import os
-import time
 from pathlib import Path
 
 import numpy as np
@@ -10,11 +9,12 @@ import pytest
 
 from devices.hub.mesh import MeshChannel
 from scenes.mesh import CollisionMesh
+from tests.studio.browser import until
+from tests.studio.web.conftest import JOINING, READY
 
 PICTURES = os.environ.get("NEXUS_TEST_PICTURES")
 """Folder for pictures of the page, to be looked at."""
 
-READY = "document.documentElement?.dataset.state === 'ready'"
 NOTHING = CollisionMesh(np.zeros((0, 3)), np.zeros((0, 3)))
 
 
@@ -27,7 +27,7 @@ def board(y, *, low=-0.6, high=0.6):
 @pytest.fixture
 def joined(page, hub):
     page.visit(hub.invite().url, width=400, height=300)
-    page.wait_for("document.documentElement?.dataset.state === 'join'")
+    page.wait_for(JOINING)
     page.evaluate("document.getElementById('name').value = 'Ada'")
     page.evaluate("document.getElementById('join-button').click()")
     page.wait_for(READY)
@@ -73,15 +73,16 @@ def ray_end(page):
 def test_it_hides_what_is_behind_it_and_nothing_of_the_room(joined, hub):
     page = joined
     page.wait_for("live.bodies.meshes.size === 1")
+    page.rest()
     seen, ball = seen_of(page)
     assert seen > 0.5
     # Without any, nothing is drawn for it.
     assert page.evaluate("live.room.hidden.parts.map((part) => part.visible)") == [False] * 4
     # The wall behind: splats of the room, with the ball taken away.
     page.evaluate("live.bodies.show('ball', null)")
-    deadline = time.monotonic() + 20.0
-    while min(wall := seen_of(page)[1]) < 100:  # splats are sorted a moment after the view turned
-        assert time.monotonic() < deadline, wall
+    page.rest()
+    wall = seen_of(page)[1]
+    assert min(wall) > 100
     assert np.abs(np.subtract(wall, ball)).max() > 40
     page.evaluate(
         "live.bodies.show('ball', { shape: 'sphere', size: [0.5, 0.5, 0.5], colour: [0.1, 0.3, 1],"
@@ -90,6 +91,7 @@ def test_it_hides_what_is_behind_it_and_nothing_of_the_room(joined, hub):
 
     hub.hide_behind(board(0.3))
     page.wait_for("live.room.hidden.cells.size === 1 && live.room.hidden.parts[0].visible")
+    page.rest()
     blue, middle = seen_of(page)
     assert blue < 0.02 * seen
     assert np.abs(np.subtract(middle, wall)).max() < 4, "the wall is seen, not a hole"
@@ -119,12 +121,12 @@ def test_who_comes_later_or_again_gets_all_that_is_there(page, hub):
     hub.hide_behind(board(0.3))
     hub.hide_behind({(0, 0, 1): NOTHING, (0, 1, 0): board(0.5)[0, 0, 0]})
     page.visit(hub.invite().url, width=400, height=300)
-    page.wait_for("document.documentElement?.dataset.state === 'join'")
+    page.wait_for(JOINING)
     page.evaluate("document.getElementById('name').value = 'Ada'")
     page.evaluate("document.getElementById('join-button').click()")
     page.wait_for(READY)
     page.wait_for("live.room.hidden.cells.size === 2")
-    page.evaluate("live.link.socket.close()")
+    page.evaluate("live.room.hidden.cells.clear(); live.link.socket.close()")
     page.wait_for("live.link.isOpen")
     page.wait_for("live.room.hidden.cells.size === 2 && !live.room.hidden.isOld")
 
@@ -173,15 +175,6 @@ def save_room(page, name):
     (Path(PICTURES) / name).write_bytes(base64.b64decode(url.partition(",")[2]))
 
 
-def settled(page, wanted, measure):
-    """Measure until it is as wanted: splats are worked out a moment after something has changed."""
-    deadline = time.monotonic() + 20.0
-    while not wanted(share := measure()):
-        assert time.monotonic() < deadline, share
-        time.sleep(0.1)
-    return share
-
-
 def copy_seen(page):
     """Percent of the picture's upper half, where the wall is, in the colour of the box's copy."""
     return share_of(page, "r > 90 && r > 1.25 * b", above=0.5)
@@ -189,40 +182,42 @@ def copy_seen(page):
 
 def put_copy(page):
     page.evaluate("live.bodies.show('ball', null)")
-    settled(page, lambda share: share < 0.05, lambda: copy_seen(page))
+    until(lambda share: share < 0.05, lambda: copy_seen(page))
     page.evaluate(
         "live.proposals.show('p', { by: 'p9', name: 'Grace', object: 'box-1',"
         " pose: [0, 0.85, -0.9, 0, 0, 0, 1] })"
     )
-    return settled(page, lambda share: share > 0.5, lambda: copy_seen(page))
+    page.rest()
+    return copy_seen(page)
 
 
 def test_a_copy_of_an_object_is_hidden_behind_it_and_seen_before_it(joined, hub):
     page = joined
+    page.rest()
     seen = put_copy(page)
+    assert seen > 0.5
     if PICTURES:
         save_room(page, "copy-seen.png")
     hub.hide_behind(board(0.3))
     page.wait_for("live.room.hidden.cells.size === 1 && live.room.hidden.parts[0].visible")
-    settled(page, lambda share: share < 0.05 * seen, lambda: copy_seen(page))
+    until(lambda share: share < 0.05 * seen, lambda: copy_seen(page))
     if PICTURES:
         save_room(page, "copy-hidden.png")
     # Half of it is seen beside a smaller board.
     hub.hide_behind({(0, 0, 0): board(0.3, low=-0.6, high=0.0)[0, 0, 0]})
-    half = settled(page, lambda share: 0.25 * seen < share < 0.75 * seen, lambda: copy_seen(page))
-    assert half > 0
+    until(lambda share: 0.25 * seen < share < 0.75 * seen, lambda: copy_seen(page))
     # What stands before the surface is seen, and all of it once there is none.
     hub.hide_behind({(0, 0, 0): board(1.3)[0, 0, 0]})
-    settled(page, lambda share: share > 0.9 * seen, lambda: copy_seen(page))
+    until(lambda share: share > 0.9 * seen, lambda: copy_seen(page))
     hub.hide_behind(board(0.3))
-    settled(page, lambda share: share < 0.05 * seen, lambda: copy_seen(page))
+    until(lambda share: share < 0.05 * seen, lambda: copy_seen(page))
     # From behind the board it is before it.
     page.evaluate("live.control.camera.position.set(0, 0.35, 0.8)")
-    settled(page, lambda share: share > seen, lambda: copy_seen(page))
+    until(lambda share: share > seen, lambda: copy_seen(page))
     page.evaluate("live.control.camera.position.set(0, -1.4, 0.8)")
-    settled(page, lambda share: share < 0.05 * seen, lambda: copy_seen(page))
+    until(lambda share: share < 0.05 * seen, lambda: copy_seen(page))
     hub.hide_behind({(0, 0, 0): NOTHING})
-    settled(page, lambda share: share > 0.9 * seen, lambda: copy_seen(page))
+    until(lambda share: share > 0.9 * seen, lambda: copy_seen(page))
     assert page.messages == []
 
 
@@ -238,6 +233,7 @@ def test_a_ring_of_light_is_hidden_behind_it_and_seen_before_it(joined, hub):
     page = joined
     page.evaluate("live.bodies.show('ball', null)")
     page.wait_for("live.room.objects.get('box-1').placed")
+    page.rest()
 
     def ring(before=POINTING):
         return share_of(page, "g > 90 && g > 1.5 * r", before)

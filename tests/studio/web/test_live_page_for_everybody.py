@@ -5,8 +5,7 @@ import time
 import numpy as np
 import pytest
 
-READY = "document.documentElement?.dataset.state === 'ready'"
-JOINING = "document.documentElement?.dataset.state === 'join'"
+from tests.studio.web.conftest import JOINING, READY
 
 CONTRASTS = """
 (() => {

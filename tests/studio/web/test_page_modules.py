@@ -164,7 +164,7 @@ def test_the_self_test_says_what_blocks_and_what_to_do(checked, hub):
         " setTimeout(() => this.l.error?.({}), 10); }"
         " addEventListener(kind, f) { this.l[kind] = f; } close() {} };",
     )
-    checked.call("Page.reload")
+    checked.reload()
     checked.wait_for("/stand in the way/.test(document.getElementById('verdict')?.textContent)")
     assert checked.evaluate("document.querySelectorAll('#checks .blocked').length") == 2
     assert "acceleration" in checked.evaluate("document.getElementById('checks').textContent")
