@@ -169,7 +169,7 @@ def test_a_shape_is_let_go_at_somebodys_hand_and_is_theirs(inside, hub, invite_g
         head = tools.facing((0.3, 1.6, -1.2), np.pi)
         guest.keep(room_from_head=head, hands=(None, tools.open_hand(place, side=1.0)))
         shown = "live.people.byId.get('p2').shown?.hands?.[1]?.joints[0] ?? -9"
-        inside.wait_for(f"Math.abs({shown} - {place[0]}) <= 0.01")
+        inside.wait_for(f"Math.abs(({shown}) - ({place[0]})) <= 0.01")
 
     # Her hand is at the other end of the room: the shape stays Ada's.
     reach((-1.5, 1.2, 0.0))
