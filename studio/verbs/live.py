@@ -226,12 +226,11 @@ def _rehearsed(
             usual_feed(args.scene, args.scenario, args.seed),
             truth=truth,
             seconds=args.seconds,
-            apart=lambda: (
-                *(() if crowd is None else crowd.process_ids),
-                *(() if wearing is None else wearing.process_ids),
-            ),
+            apart=lambda: [i for each in (crowd, wearing) if each for i in each.process_ids],
         )
     )
+    if wearing is not None:
+        wearing.follow(truth)
     rehearsed.wait_for_stream(_say)
     return rehearsed
 

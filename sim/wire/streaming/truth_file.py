@@ -20,6 +20,9 @@ from scenes.pose import Pose
 from sim.wire.film.film import PictureTruth
 from sim.wire.unit_faults import OutgoingUnit
 
+TAKEN = '{"taken":'
+"""Beginning of a line of a picture that was taken, as `TruthWriter` writes it."""
+
 
 @dataclass(frozen=True, slots=True)
 class PictureTime:
@@ -128,6 +131,21 @@ def read_truth(path: Path) -> list[TruthRow]:
         except (ValueError, KeyError, TypeError) as error:
             raise ValueError(f"{path}:{number}: no line of truth ({error})") from None
     return list(rows.values())
+
+
+def newest_row(lines: str) -> TruthRow | None:
+    """Return the last picture of some whole lines of a file; None where there is none.
+
+    Raises:
+        ValueError: a line is none of ours.
+    """
+    for line in reversed(lines.splitlines()):
+        if line.startswith(TAKEN):
+            try:
+                return _row(json.loads(line)["taken"])
+            except (ValueError, KeyError, TypeError) as error:
+                raise ValueError(f"{line[:60]}: no line of truth ({error})") from None
+    return None
 
 
 def _row(values: Mapping[str, Any]) -> TruthRow:

@@ -43,6 +43,15 @@ class Wearing:
         """Of the process that simulates it."""
         return () if self.simulated is None else (self.simulated.process_id,)
 
+    def follow(self, truth: Path) -> None:
+        """Have a simulated one be in the room of a simulated camera; a real one is in the real one.
+
+        Args:
+            truth: file that the camera writes.
+        """
+        if self.simulated is not None:
+            self.simulated.follow(truth)
+
     def rows(self, true_poses: TruePoses = ()) -> list[Row]:
         """Return the figures, against the truth where there is one.
 

@@ -196,6 +196,8 @@ class LiveJob(SceneJob):
                         seconds=plan.seconds,
                     )
                 )
+                if self._wearing is not None:
+                    self._wearing.follow(truth)
                 self._watch = self._rehearsed.watch
                 self._rehearsed.direct()
             Task("live session", self._watch_over).start()

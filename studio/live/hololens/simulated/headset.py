@@ -150,6 +150,16 @@ class SimulatedHeadset:
         """
         self._middle, self._worn = middle, worn
 
+    def follow(self, truth: Path) -> None:
+        """Have it see objects and 360° camera where a simulated camera's truth has them.
+
+        Args:
+            truth: file that the camera writes.
+        """
+        assert self._process is not None, "used outside its context"
+        with suppress(OSError):  # it has ended, and says why
+            self._process.say(f"follow {truth}")
+
     def let_point(
         self,
         hub: Hub,

@@ -4,7 +4,8 @@
 second the true clock and the true place of its world. A line `join URL CODE [ROOT.pem]` on its
 input lets somebody join that hub who points at legs of objects; it says how long each took to be
 seen on the headset, and where. A line `attack URL CODE CAMERA_PORT VISITS` sends hostile visitors
-to the session's ports. It ends with its input.
+to the session's ports. A line `follow PATH` has objects and 360° camera be where the truth of a
+simulated camera has them, as that is written. It ends with its input.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import sys
 import threading
 import time
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -23,10 +25,12 @@ from devices.clock import WallClock
 from devices.hololens.wire.packets import TICK_NS
 from scenes.package.records import pose_to_json
 from scenes.workers.task import Task
+from sim.hololens.drawing.scenery import CAMERA, Scenery
 from sim.hololens.faults import read_hololens_faults
 from sim.hololens.holograms import Hologram
 from sim.hololens.simulator import Simulator, SimulatorPlan
 from sim.hololens.wearer import Stroller
+from sim.wire.streaming.truth_file import newest_row
 from studio.live.hololens.simulated.attacking import attack_session
 from studio.live.hololens.simulated.pointing import Pointer, leg_of
 from studio.session.staging import staging_of
@@ -36,6 +40,10 @@ EVERY_S = 0.25
 
 SHOWN_EVERY = 8
 """Lines of truth between two of all that the headset shows."""
+
+FOLLOW_S = 1.0 / 60.0
+"""Seconds between two looks at the truth of a simulated camera, which takes 30 pictures a second: a
+chair that is pushed at 1 m/s is drawn 2 cm late at most."""
 
 FAULTS = (
     "jitter",
@@ -72,6 +80,7 @@ def main(words: Sequence[str]) -> int:
     simulator = Simulator(plan, clock)
     pointers: list[Pointer] = []
     attacks: list[Task[None]] = []
+    followed: list[Task[None]] = []
     try:
         _say({"event": "started", "ports": _ports(simulator)})
         truth = Task("truth", lambda task: _tell_truth(simulator, clock, task=task)).start()
@@ -84,10 +93,13 @@ def main(words: Sequence[str]) -> int:
                 pointers[0].start()
             elif word == "attack" and len(rest) == 4 and not attacks:
                 attacks.append(_attack(rest, seed=args.seed).start())
+            elif word == "follow" and rest and not followed:
+                path = Path(line.split(maxsplit=1)[1].rstrip("\n"))
+                followed.append(_following(path, simulator.scenery).start())
         truth.cancel()
     finally:
-        for attack in attacks:
-            attack.cancel()
+        for task in (*attacks, *followed):
+            task.cancel()
         for pointer in pointers:
             pointer.end()
         simulator.close()
@@ -103,6 +115,33 @@ def _attack(words: Sequence[str], *, seed: int) -> Task[None]:
         )
 
     return Task("attack", attack)
+
+
+def _following(path: Path, scenery: Scenery) -> Task[None]:
+    return Task("follow the camera's truth", lambda task: follow(path, scenery, task=task))
+
+
+def follow(path: Path, scenery: Scenery, *, task: Task[None]) -> None:
+    """Have everything that moves be where a truth has it, until the task is cancelled.
+
+    Args:
+        path: file of the truth, which may not be there yet.
+        scenery: what the headset sees.
+        task: of this work.
+    """
+    while not path.exists():
+        if task.pause(EVERY_S):
+            return
+    with path.open(encoding="utf-8") as file:
+        rest = ""
+        while not task.pause(FOLLOW_S):
+            whole, end, rest = (rest + file.read()).rpartition("\n")
+            row = newest_row(whole + end)
+            if row is None:
+                continue
+            scenery.move(row.world_from_object)
+            if row.world_from_rig is not None:
+                scenery.move({CAMERA: row.world_from_rig})
 
 
 def _ports(simulator: Simulator) -> dict[str, int]:
