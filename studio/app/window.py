@@ -255,6 +255,7 @@ def _conditions(window: MainWindow) -> dict[str, Callable[..., bool]]:
             live is not None and live.session is not None and live.session.state == state
         ),
         "wait.scene": lambda: bench.scene is not None and not run.is_opening and window.is_filled,
+        "wait.drawn": lambda: window.view.active.is_drawn,
     }
 
 

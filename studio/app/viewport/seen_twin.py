@@ -52,6 +52,7 @@ class SeenTwin(QWidget):
         self.followed = ""
         """Id of the person whose eyes are looked through while they are here; "" for nobody."""
         self.painted: Painted | None = None
+        self._asked: View | None = None
         self.fps = 0.0
         self._floor = FoundFloor()
         self._image: QImage | None = None
@@ -125,9 +126,10 @@ class SeenTwin(QWidget):
         shapes += self._layers.shapes()
         person = bench.state.avatars.get(self.followed)
         pose = self.viewer.world_from_camera() if person is None else person.world_from_head
-        self._painter.show(
-            View(bench.state, self.camera, pose, bench.live, tuple(shapes), seen_by=self.followed)
+        self._asked = View(
+            bench.state, self.camera, pose, bench.live, tuple(shapes), seen_by=self.followed
         )
+        self._painter.show(self._asked)
         self.update()
 
     def _poll(self) -> None:
@@ -142,6 +144,12 @@ class SeenTwin(QWidget):
 
     def _screen_camera(self) -> Pinhole:
         return Pinhole.from_fov(max(self.width(), 2), max(self.height(), 2), FIELD_OF_VIEW)
+
+    @property
+    def is_drawn(self) -> bool:
+        """Whether what is now is shown, with nothing left out of it."""
+        painted = self.painted
+        return painted is not None and painted.is_full and painted.view is self._asked
 
     def picture(self) -> QImage:
         """The view as it is shown, without the window around it."""

@@ -95,3 +95,11 @@ def test_a_corner_of_the_selected_surface_follows_the_mouse(view, bench):
     assert corners[1, 2] == pytest.approx(0.02)
     assert corners[[0, 2, 3]] == pytest.approx(CORNERS[[0, 2, 3]])
     assert len(bench.history.changes) == 1
+
+
+def test_it_is_drawn_once_it_shows_what_is_now_whole(view, until):
+    until(lambda: view.is_drawn)
+    assert view.painted.is_full
+    view.set_viewer(view.viewer)
+    assert not view.is_drawn
+    until(lambda: view.is_drawn)
