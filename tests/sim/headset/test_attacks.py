@@ -2,11 +2,12 @@ import asyncio
 
 from sim.headset.attacks import WRONG_CODES, _promoted, attack
 from sim.headset.connection import HubAddress
+from tests.sim.headset.conftest import PATIENCE_S
 
 
 def test_a_hub_refuses_every_attack_and_goes_on(hub):
     attempts = asyncio.run(
-        asyncio.wait_for(attack(HubAddress(hub.url), hub.hub, expired=hub.expired), 20)
+        asyncio.wait_for(attack(HubAddress(hub.url), hub.hub, expired=hub.expired), PATIENCE_S)
     )
     assert [attempt.name for attempt in attempts if not attempt.was_refused] == []
     assert len(attempts) == 9 + 1 + WRONG_CODES + 1

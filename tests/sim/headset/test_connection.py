@@ -7,6 +7,7 @@ from devices.clock import WallClock
 from devices.hub.contract import Asset, HubSettings
 from devices.hub.server import Hub
 from sim.headset.connection import HubAddress, HubRefusedError, connect, fetch_page, pair
+from tests.sim.headset.conftest import PATIENCE_S
 
 
 def test_addresses_are_those_of_a_page():
@@ -35,7 +36,7 @@ def test_somebody_pairs_and_is_welcomed(hub):
             await one.close()
             assert one.is_closed
 
-    asyncio.run(asyncio.wait_for(play(), 10))
+    asyncio.run(asyncio.wait_for(play(), PATIENCE_S))
 
 
 def test_a_hub_with_a_certificate_is_trusted_by_its_root_alone(tmp_path):
@@ -72,4 +73,4 @@ def test_a_hub_s_no_is_said_with_its_reason(hub):
             with pytest.raises(HubRefusedError, match="token"):
                 await connect(http, address, token="no", name="Ann")
 
-    asyncio.run(asyncio.wait_for(play(), 10))
+    asyncio.run(asyncio.wait_for(play(), PATIENCE_S))

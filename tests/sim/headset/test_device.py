@@ -1,6 +1,5 @@
 """A simulated Quest says what a real one's page says, and rests when that would."""
 
-import asyncio
 from pathlib import Path
 
 import pytest
@@ -48,22 +47,12 @@ def test_the_panel_and_the_preflight_have_simulated_quests(hub, monkeypatch):
     monkeypatch.setattr("sim.headset.client.SAY_S", 0.3)
     found = []
 
-    async def look():
-        while True:
-            found.append(hub.hub.headsets())
-            await asyncio.sleep(0.1)
+    def have_said(_tally, _pace):
+        found[:] = hub.hub.headsets()
+        return len(found) == 2
 
-    publish, looking = hub.publish, []
-
-    def published():
-        if not looking:
-            looking.append(asyncio.get_running_loop().create_task(look()))
-        publish()
-
-    hub.publish = published
-    played(hub, CrowdPlan(HubAddress(hub.url), 2, 2.0))
-    headsets = max(found, key=len)
-    assert len(headsets) == 2
+    played(hub, CrowdPlan(HubAddress(hub.url), 2), have_said)
+    headsets = tuple(found)
     assert [check.name for check in checks_of(headsets[0])] == list(ASPECTS)
     lines = [probe() for probe in headset_probes(headsets).values()]
     states = [line for line in lines if line.name.endswith("state")]

@@ -9,6 +9,7 @@ from devices.hub.server import Hub
 from sim.headset.connection import HubAddress, HubRefusedError, pair
 from sim.headset.crowd import CrowdPlan, run_crowd
 from sim.headset.room_download import RoomDownload
+from tests.sim.headset.conftest import PATIENCE_S
 
 MANIFEST = {
     "first_part": "first",
@@ -49,7 +50,7 @@ def test_a_room_is_fetched_with_a_token_in_two_parts(room):
             await download.fetch_rest(token)
             return first, download.received_bytes
 
-    first, whole = asyncio.run(asyncio.wait_for(play(), 10))
+    first, whole = asyncio.run(asyncio.wait_for(play(), PATIENCE_S))
     assert first == 1000 + len(json.dumps(MANIFEST))
     assert whole == first + 50 + 70_000
 

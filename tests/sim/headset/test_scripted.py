@@ -8,10 +8,11 @@ from devices.hub.entities.drawn import GLTF_FROM_WORLD
 from scenes.frames import WORLD_FROM_GLTF
 from scenes.pose import Pose
 from sim.headset.connection import HubAddress
-from sim.headset.crowd import CrowdPlan, run_crowd
+from sim.headset.crowd import CrowdPlan
 from sim.headset.scripted import Script, ScriptedPerson, scripts_of
 from sim.people.remote import remote_avatar
 from sim.scenarios.scenario import RemoteDrawing, RemoteSettings, load_scenario
+from tests.sim.headset.conftest import play
 
 ALONG = ((-1.0, 0.0, 1.6), (1.0, 0.0, 1.6))
 LINE = RemoteDrawing(((0.0, 0.0, 1.0), (1.0, 0.0, 1.0)), 0.2, 0.5, (1.0, 0.5, 0.0))
@@ -70,18 +71,24 @@ def test_a_scenario_without_remote_people_is_refused():
 
 def test_people_of_a_scenario_join_as_themselves_and_their_lines_arrive(hub):
     settings = RemoteSettings("grace", ALONG, points_at=("chair-1",), draws=(LINE,))
-    plan = CrowdPlan(HubAddress(hub.url), seconds=1.5, scripts=(Script(settings, 10.0),))
+    plan = CrowdPlan(HubAddress(hub.url), scripts=(Script(settings, 10.0),))
+    avatars, lines = [], {}
+
+    def has_drawn(_tally, _pace):
+        arrived = hub.hub.take()
+        avatars[:] = arrived.avatars or avatars
+        lines.update({line.annotation_id: line for line in arrived.lines})
+        ends = [line.points_in_world[-1, 0] for line in lines.values()]
+        return avatars and any(end > 0.99 for end in ends)
 
     async def codes():
         yield hub.hub.invite().code
 
-    hub.publish()
-    tally = asyncio.run(asyncio.wait_for(run_crowd(plan, codes(), over=asyncio.Event()), 20))
-    arrived = hub.hub.take()
+    tally, _ = asyncio.run(play(hub, plan, until=has_drawn, codes=codes()))
     assert tally.failures == []
     assert tally.refused == 0
-    assert [avatar.user_id for avatar in arrived.avatars] == ["p1"]
-    assert arrived.avatars[0].ray is not None
-    (line,) = {line.annotation_id: line for line in arrived.lines}.values()
+    assert [avatar.user_id for avatar in avatars] == ["p1"]
+    assert avatars[0].ray is not None
+    (line,) = lines.values()
     assert line.annotation_id == "p1/grace-1"
     assert line.points_in_world[-1] == pytest.approx((1.0, 0.0, 1.0), abs=1e-3)

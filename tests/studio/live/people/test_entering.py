@@ -147,7 +147,7 @@ def test_a_live_session_records_people_and_sends_them_its_state(live, tiny):
     live.push(session)
     live.until(lambda: len(states) >= 70 or played.error)
     session.end()
-    played.thread.join(10)
+    played.thread.join(120)
     assert played.error is None
     assert [state.version for state in hub.states] == [version for version, *_ in states.values()]
     assert any("Ann" in event.text for event in played.result.events)

@@ -54,6 +54,29 @@ def seen(output):
     return state.version, people, lines, things, events
 
 
+def handed(states):
+    """Names of boxes that Ann has of Ben, and those of them that are gone again."""
+    owners = [{key: shape[0] for key, shape in it[3].items()} for it in list(states.values())]
+    found = {
+        key for shown in owners for key, by in shown.items() if key[:3] == "p2/" and by == "p1"
+    }
+    return found, {key for key in found if key not in owners[-1]}
+
+
+def has_everything(states):
+    """Whether lines, rays, proposals, carried surfaces and boxes that were handed on were seen."""
+    every = list(states.values())
+    things = [thing for it in every for thing in it[3].values()]
+    return bool(
+        any(it[2] for it in every)
+        and any(person[3] is not None for it in every for person in it[1].values())
+        and any(len(thing) == 3 and isinstance(thing[0], str) for thing in things)
+        and any(isinstance(thing[0], list) and thing[0] != thing[2] for thing in things)
+        and any(len(it[3]) >= 2 for it in every)
+        and handed(states)[1]
+    )
+
+
 def test_two_people_in_a_session_are_recorded_and_replayed_to_the_bit(live, tiny, monkeypatch):
     monkeypatch.setattr("sim.headset.client.DRAW_EVERY_S", 0.7)
     monkeypatch.setattr("sim.headset.client.DRAW_S", 0.4)
@@ -68,15 +91,25 @@ def test_two_people_in_a_session_are_recorded_and_replayed_to_the_bit(live, tiny
             for _ in range(2):
                 yield hub.invite().code
 
-        def join(_task):
-            plan = CrowdPlan(HubAddress(hub.url), 2, 4.5)
-            return asyncio.run(run_crowd(plan, codes(), over=asyncio.Event()))
+        async def join():
+            over = asyncio.Event()
 
-        tally = Task("two people", join).start().outcome()
+            async def ending():
+                while not has_everything(states):
+                    await asyncio.sleep(0.2)
+                over.set()
+
+            ended = asyncio.create_task(ending())
+            plan = CrowdPlan(HubAddress(hub.url), 2, 120.0)
+            tally = await run_crowd(plan, codes(), over=over)
+            ended.cancel()
+            return tally
+
+        tally = Task("two people", lambda _task: asyncio.run(join())).start().outcome()
         # They have left: two seconds later nobody shows them any more.
-        live.until(lambda: not list(states.values())[-1][1], seconds=6)
+        live.until(lambda: not list(states.values())[-1][1])
         session.end()
-        played.thread.join(10)
+        played.thread.join(120)
     assert played.error is None
     assert tally.failures == []
     assert tally.states > 10
@@ -94,12 +127,12 @@ def test_two_people_in_a_session_are_recorded_and_replayed_to_the_bit(live, tiny
     assert any(isinstance(value, RecordedPrimitive) for value in values)
     assert any(isinstance(value, RecordedProposal) for value in values)
     # A box goes from one to the other, who takes it away: the states had it with either.
+    taken, gone = handed(states)
+    assert gone
     owners = [{key: shape[0] for key, shape in it[3].items()} for it in states.values()]
-    handed = {k for shown in owners for k, by in shown.items() if k[:3] == "p2/" and by == "p1"}
-    assert any(key not in owners[-1] for key in handed)
-    assert {shown[key] for shown in owners for key in handed & shown.keys()} == {"p1", "p2"}
+    assert {shown[key] for shown in owners for key in taken & shown.keys()} == {"p1", "p2"}
     events = " ".join(text for it in states.values() for text in it[4])
-    assert any(f"Ben 2 (p2) gave {key} to Ann 1" in events for key in handed)
+    assert any(f"Ben 2 (p2) gave {key} to Ann 1" in events for key in taken)
     surfaces = [value.surface for value in values if isinstance(value, RecordedSurface)]
     assert any(surface.carried_to is not None for surface in surfaces)
     assert max(len(people) for _, people, *_ in states.values()) == 2
