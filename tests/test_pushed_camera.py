@@ -9,7 +9,7 @@ from tests.pushed_camera import RtmpPush, numbered_pictures
 def test_without_a_server_it_says_why_and_ends(unused_port):
     url = f"rtmp://127.0.0.1:{unused_port}/live/room"
     push = RtmpPush(url, numbered_pictures((64, 32), 30), WallClock(), reconnects=False)
-    push.join(10)
+    push.join(120)
     assert not push.is_running
     assert "refused" in push.error.lower()
 

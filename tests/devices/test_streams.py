@@ -31,7 +31,7 @@ def test_slot_wakes_a_waiting_reader_when_closed_and_keeps_its_last_value():
     reader = threading.Thread(target=lambda: seen.append(slot.take(timeout_s=None)))
     reader.start()
     slot.close()
-    reader.join(timeout=5)
+    reader.join(timeout=120)
     assert seen == [None]
     other = Slot()
     other.put("last")
@@ -71,7 +71,7 @@ def test_queue_passes_everything_between_threads_in_order():
     received = []
     while (value := queue.take(timeout_s=None)) is not None:
         received.append(value)
-    sender.join(timeout=5)
+    sender.join(timeout=120)
     assert received == list(range(200))
     with pytest.raises(StreamClosedError):
         queue.put(1)

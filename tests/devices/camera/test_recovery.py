@@ -41,7 +41,7 @@ def nothing_is_left():
     def more():
         return any(now > then for now, then in zip(residue(), before, strict=True))
 
-    end = time.monotonic() + 10
+    end = time.monotonic() + 120
     while more() and time.monotonic() < end:
         time.sleep(0.05)
     assert not more(), (before, residue(), [thread.name for thread in threading.enumerate()])
@@ -138,7 +138,7 @@ def test_a_resolution_that_changes_within_a_transport_stream():
     wait_for(lambda: "waiting" in receiver.status().reason)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
         for size in (SIZE, OTHER_SIZE):
-            end = time.monotonic() + 30
+            end = time.monotonic() + 120
             while receiver.status().size_px != size and time.monotonic() < end:
                 for data in datagrams(size):
                     with suppress(ConnectionRefusedError):

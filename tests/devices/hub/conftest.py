@@ -21,7 +21,7 @@ from devices.hub.wire import Body, encode_body
 from scenes.pose import Pose
 from scenes.state import SceneState, TrackedObject, TrackState
 
-PATIENCE_S = 5.0
+PATIENCE_S = 60.0
 
 
 class Room:

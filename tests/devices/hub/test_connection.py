@@ -12,7 +12,7 @@ from devices.hub.outbox import MAX_TEXT_BYTES
 LONG = [[i / 100, 1.2345, 2.3456] for i in range(1000)]
 
 
-async def until(is_true, patience_s=10.0):
+async def until(is_true, patience_s=120.0):
     async with asyncio.timeout(patience_s):
         while not is_true():
             await asyncio.sleep(0.01)

@@ -15,7 +15,7 @@ def connect(house, count):
     return [socket.create_connection((host, int(port)), 5) for _ in range(count)]
 
 
-def wait_until_closed(wires, count, patience_s=5.0):
+def wait_until_closed(wires, count, patience_s=60.0):
     """Wait until so many are closed by the hub; exactly so many, a moment later."""
     end = time.monotonic() + patience_s
     while closed(wires) < count:
@@ -37,7 +37,7 @@ def closed(wires):
 
 
 def ask(wire):
-    wire.settimeout(5)
+    wire.settimeout(60)
     wire.sendall(b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\n\r\n")
     return wire.recv(15)
 
@@ -49,7 +49,7 @@ def test_too_many_connections_are_closed_and_the_others_served(house, monkeypatc
     assert ask(wires[0]) == b"HTTP/1.1 200 OK"
     for wire in wires:
         wire.close()
-    until_served = time.monotonic() + 5.0
+    until_served = time.monotonic() + 120
     answer = b""
     while not answer and time.monotonic() < until_served:
         (again,) = connect(house, 1)
@@ -60,7 +60,7 @@ def test_too_many_connections_are_closed_and_the_others_served(house, monkeypatc
 
 def test_silent_handshakes_are_counted_and_given_up(open_house, tmp_path, monkeypatch):
     monkeypatch.setattr(module, "MAX_CONNECTIONS", 3)
-    monkeypatch.setattr(module, "HANDSHAKE_S", 1.5)
+    monkeypatch.setattr(module, "HANDSHAKE_S", 4.0)
     wires = connect(open_house(certificate_folder=tmp_path), 6)
     wait_until_closed(wires, 3)
     wait_until_closed(wires, 6)

@@ -19,7 +19,7 @@ from scenes.state import Annotation, reduce_state
 LINE = {"kind": "do", "id": 1, "op": "line", "line": "a", "points": [[0, 1, 0], [1, 1, 0]]}
 
 
-async def until(is_true, patience_s=5.0):
+async def until(is_true, patience_s=60.0):
     """Wait for something that the hub's thread does."""
     async with asyncio.timeout(patience_s):
         while not is_true():

@@ -35,7 +35,7 @@ def watched(camera):
     watch.close()
 
 
-def until(is_so, limit_s=10.0):
+def until(is_so, limit_s=120.0):
     deadline = time.monotonic() + limit_s
     while not is_so():
         assert time.monotonic() < deadline

@@ -65,7 +65,7 @@ class Scripted:
 
     def close(self):
         self._listener.close()
-        self._thread.join(5)
+        self._thread.join(120)
 
 
 @pytest.fixture
@@ -376,7 +376,7 @@ def test_threads_of_a_closed_camera_are_gone(encoded, clock):
         client.start()
         next(client.units())
     server.close()
-    until = time.monotonic() + 5
+    until = time.monotonic() + 120
     while threading.active_count() > before and time.monotonic() < until:
         time.sleep(0.01)
     assert threading.active_count() == before

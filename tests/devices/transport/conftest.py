@@ -11,7 +11,7 @@ from devices.transport.keys import Member, MemberRole
 from devices.transport.source import Source
 from tests.devices.transport.networks import LocalNetwork, ZenohNetwork
 
-PATIENCE_S = 10.0
+PATIENCE_S = 60.0
 HAS_ZENOH = importlib.util.find_spec("zenoh") is not None
 needs_zenoh = pytest.mark.skipif(not HAS_ZENOH, reason="eclipse-zenoh is not installed")
 

@@ -18,7 +18,7 @@ from scenes.workers.child_process import ChildProcess, module_environment
 ROUTER_FILE = Path(__file__).resolve().parents[3] / "docs" / "deployment" / "router.json5"
 """The configuration that the documentation shows: tests run this very file."""
 
-START_S = 10.0
+START_S = 60.0
 CODE = """
 import json, sys
 from devices.transport.zenoh_transport import ZenohRouter
@@ -132,7 +132,7 @@ class ZenohNetwork:
 
     def kill_router(self):
         self._router.kill()
-        self._router.join(5.0)
+        self._router.join(120)
         self._router.end()
 
     def pass_for(self, role, name):

@@ -44,7 +44,7 @@ def running(small_room):
         each.close()
 
 
-def wait_for(found, seconds=15.0):
+def wait_for(found, seconds=120.0):
     """Returns what `found` gives once it is something."""
     until = time.monotonic() + seconds
     while time.monotonic() < until:
@@ -204,7 +204,7 @@ def test_broken_pictures_are_counted_and_the_stream_goes_on(running):
     )
     video = headset.video()
     count = 0
-    until = time.monotonic() + 30.0
+    until = time.monotonic() + 120
     while count < 20 and time.monotonic() < until:
         count += video.take(1.0) is not None
     assert count == 20

@@ -39,7 +39,7 @@ def server():
 
 def gone(name):
     """Whether no thread of that name is left, waiting for it."""
-    until = time.monotonic() + 10
+    until = time.monotonic() + 120
     while any(thread.name == name for thread in threading.enumerate()):
         if time.monotonic() > until:
             return False

@@ -45,7 +45,7 @@ def endless():
     over.set()
     listener.close()
     for thread in threads:
-        thread.join(5)
+        thread.join(120)
 
 
 def test_a_packet_byte_by_byte_ends_in_time(endless):

@@ -80,7 +80,7 @@ def live(tiny, tmp_path, monkeypatch):
         played.thread.start()
         return played
 
-    def until(condition, seconds=30.0):
+    def until(condition, seconds=120.0):
         waiter = threading.Event()
         for _ in range(round(seconds / 0.02)):
             if condition():

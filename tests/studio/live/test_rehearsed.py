@@ -67,7 +67,7 @@ def test_a_camera_that_cannot_start_says_why(tmp_path):
     with SimulatedCamera(
         feed, push_to="rtmp://127.0.0.1:9/live/x", truth=tmp_path / "truth.jsonl"
     ) as camera:
-        deadline = time.monotonic() + 60
+        deadline = time.monotonic() + 120
         while not camera.failure and time.monotonic() < deadline:
             time.sleep(0.05)
         assert "no-such-room" in camera.failure

@@ -15,7 +15,7 @@ def test_a_session_s_report(live):
     live.push(session)
     live.until(lambda: session.status().frames >= 15)
     session.end()
-    played.thread.join(10)
+    played.thread.join(120)
     result = played.result
     rows = live_rows(result)
     checks = [Check("camera", "WARN", "<dark>", "light on")]

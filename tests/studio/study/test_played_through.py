@@ -61,7 +61,7 @@ def stage(rooms, acting, monkeypatch):
     clock = WallClock()
 
     def films(session, _task, *, target, stack, say):
-        deadline = time.monotonic() + 5
+        deadline = time.monotonic() + 120
         while not session.status().listening_at and time.monotonic() < deadline:
             time.sleep(0.02)
         options = StreamOptions(fps=FPS, bitrate=2_000_000, keyframe_interval=5)

@@ -39,7 +39,7 @@ def room():
     task = Task("states", publish).start()
     yield hub
     task.cancel()
-    task.join(2)
+    task.join(120)
     hub.close()
 
 
@@ -77,7 +77,7 @@ def test_codes_of_standard_input_and_an_end_by_a_signal(room):
             child.wait(0.1)
         assert json.loads(lines[0]) == {"event": "joined", "count": 1}
         child.cancel()
-        assert child.join(10)
+        assert child.join(120)
         assert child.code == 0
         assert json.loads(lines[-1])["event"] == "ended"
     finally:
@@ -114,12 +114,12 @@ def test_somebody_who_waits_for_a_code_ends_at_once(room):
         environment=module_environment(),
     )
     try:
-        deadline = time.monotonic() + 30
+        deadline = time.monotonic() + 120
         while "waiting for codes" not in " ".join(child.last_words()):
             assert time.monotonic() < deadline
             child.wait(0.05)
         child.cancel()
-        assert child.join(5)
+        assert child.join(120)
         assert "0 for 1 people" in " ".join(child.last_words())
     finally:
         child.end()

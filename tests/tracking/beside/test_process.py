@@ -26,7 +26,7 @@ def served():
         thread.start()
         yield orders, answers
         orders.close()
-        thread.join(10)
+        thread.join(120)
         assert not thread.is_alive()
 
 

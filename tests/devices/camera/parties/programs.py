@@ -23,7 +23,7 @@ PATTERN = ("-re", "-f", "lavfi", "-i")
 H264 = ("-c:v", "libx264", "-preset", "ultrafast", "-tune", "zerolatency", "-threads", "1")
 
 
-def wait_for(truth, seconds=30.0):
+def wait_for(truth, seconds=120.0):
     end = time.monotonic() + seconds
     while not truth():
         assert time.monotonic() < end, "it did not happen in time"

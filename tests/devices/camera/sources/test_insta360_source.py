@@ -53,7 +53,7 @@ def address(server):
     return parse_address(f"insta360://{host}:{port}")
 
 
-def wait_for(truth, seconds=20.0):
+def wait_for(truth, seconds=120.0):
     end = time.monotonic() + seconds
     while not truth():
         assert time.monotonic() < end, "it did not happen in time"

@@ -80,7 +80,7 @@ def test_what_breaks_is_connected_again(server):
         other, _ = server.accept()
         other.sendall(b"x")
         other.close()
-    deadline = time.monotonic() + 5.0
+    deadline = time.monotonic() + 120
     while health.status().received < 3 and time.monotonic() < deadline:
         time.sleep(0.01)
     assert health.status().connections >= 3

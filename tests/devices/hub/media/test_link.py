@@ -23,7 +23,7 @@ def link():
     link.close()
 
 
-def wait_for(wanted, seconds=20.0):
+def wait_for(wanted, seconds=120.0):
     deadline = time.monotonic() + seconds
     while not wanted():
         assert time.monotonic() < deadline

@@ -129,7 +129,7 @@ def test_after_a_teardown_the_viewing_is_over(player, viewing):
 def test_a_player_that_leaves_ends_its_viewing(player, viewing):
     player.ask("PLAY", Session=player.set_up())
     player.socket.close()
-    end = time.monotonic() + 10
+    end = time.monotonic() + 120
     while not viewing.closed and time.monotonic() < end:
         time.sleep(0.02)
     assert viewing.closed == 1
@@ -142,7 +142,7 @@ def test_there_is_a_limit_of_players(server):
     late = socket.create_connection(server.address, 5)
     assert late.recv(100) == reply(503, 0)
     players[0].socket.close()
-    end = time.monotonic() + 10
+    end = time.monotonic() + 120
     while time.monotonic() < end:
         time.sleep(0.3)
         again = Player(server)
@@ -202,7 +202,7 @@ VALID = (
 def test_it_survives_hostile_clients(server):
     attack(server.address, VALID, 60, first_seed=5)
     assert Player(server).ask("OPTIONS")[0] == 200
-    end = time.monotonic() + 10
+    end = time.monotonic() + 120
     names = ("camera RTSP reads", "camera RTSP sends")
     while time.monotonic() < end:
         if sum(thread.name in names for thread in threading.enumerate()) <= 1:

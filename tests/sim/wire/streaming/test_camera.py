@@ -27,7 +27,7 @@ def played(camera):
     kept = Kept(camera.setting())
     camera.add(kept)
     camera.start()
-    camera.join(20)
+    camera.join(120)
     assert not camera.is_running
     return kept.units
 

@@ -15,7 +15,7 @@ from tests.pushed_camera import read_number
 @pytest.fixture
 def receiver():
     made = CameraReceiver(parse_address("rtmp://127.0.0.1:0/live/room"), WallClock())
-    until = time.monotonic() + 10
+    until = time.monotonic() + 120
     while not made.listening_at and time.monotonic() < until:
         time.sleep(0.01)
     yield made
@@ -110,6 +110,6 @@ def test_without_a_receiver_it_says_so_once_and_goes_on(make_camera, event_log):
     camera = make_camera(seconds=1.5)
     camera.add(RtmpOutput("rtmp://127.0.0.1:9/live/room", camera.setting()))
     camera.start()
-    camera.join(10)
+    camera.join(120)
     assert not camera.is_running
     assert [event.values["to"] for event in event_log.named("refused")] == ["rtmp"]

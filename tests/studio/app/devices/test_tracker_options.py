@@ -39,7 +39,7 @@ def opened(tiny, tmp_path, qapp, monkeypatch):
     window.show()
 
     def until(condition):
-        deadline = time.monotonic() + 60
+        deadline = time.monotonic() + 120
         while not condition():
             assert time.monotonic() < deadline, window.bench.log.lines()
             qapp.processEvents()

@@ -31,7 +31,7 @@ def opened(tiny, tmp_path, qapp, monkeypatch):
     window.bench.set(has_started=True)
     window.show()
 
-    def until(condition, seconds=30.0):
+    def until(condition, seconds=120.0):
         deadline = time.monotonic() + seconds
         while not condition():
             assert time.monotonic() < deadline, [line.text for line in window.bench.log.lines()]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import time
 from dataclasses import replace
 from types import SimpleNamespace
@@ -32,7 +33,7 @@ def test_from_the_first_check_to_the_report_with_one_button(opened):
     assert not head.badge.isVisible()
     opened.go_live()
     opened.until(lambda: head.badge.isVisible() and head.next.text() == "End")
-    assert head.badge.text().startswith("LIVE 0:00:0")
+    assert re.fullmatch(r"LIVE 0:0\d:\d\d", head.badge.text())
     assert "● live" in head.state.text()
     assert not head.cancel.isVisible()
     # The twin follows the outputs, the thumbnail the camera, and the figures count.
@@ -124,8 +125,14 @@ def test_a_camera_that_vanishes_is_held_with_its_age_and_returns(opened):
     assert dock.head.banner.isVisible()
     assert "objects stay where they were" in dock.head.banner_text.text()
     assert not dock.head.banner_button.isVisible()
+
+    # Pictures that had come before are shown first, on a busy machine a while later.
+    def age_s():
+        return float(re.search(r"[0-9.]+", dock.camera.values["Last picture"].text()).group())
+
+    opened.until(lambda: age_s() > 2)
     shown = dock.camera.picture.pixmap().cacheKey()
-    opened.until(lambda: dock.camera.values["Last picture"].text() > "▲ 2")
+    opened.until(lambda: age_s() > 3)
     assert dock.camera.picture.pixmap().cacheKey() == shown
     assert opened.state() == "live"
     opened.push()

@@ -41,7 +41,7 @@ def plan(tiny, tmp_path, monkeypatch):
 
 @pytest.fixture
 def each_tick(qapp):
-    """Calls back with the live run of the open window; a minute at most."""
+    """Calls back with the live run of the open window; four minutes at most."""
     from PySide6.QtCore import QTimer
 
     timer, since = QTimer(), time.monotonic()
@@ -50,7 +50,7 @@ def each_tick(qapp):
         def look():
             for window in [w for w in qapp.topLevelWidgets() if hasattr(w, "bench")]:
                 if window.isVisible():
-                    late = time.monotonic() - since > 60
+                    late = time.monotonic() - since > 240
                     if callback(window, window.bench.shared(LiveRun)) or late:
                         window.close()
 

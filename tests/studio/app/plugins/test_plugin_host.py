@@ -36,7 +36,7 @@ def hosted(bench):
 
 
 def until(host, condition):
-    deadline = time.monotonic() + 20
+    deadline = time.monotonic() + 120
     while not condition():
         assert time.monotonic() < deadline
         host.folder.look()
@@ -110,7 +110,7 @@ def window(tmp_path, qapp):
         return made, plugins / "mine.py"
 
     def shown_until(condition):
-        deadline = time.monotonic() + 60
+        deadline = time.monotonic() + 120
         while not condition():
             assert time.monotonic() < deadline
             qapp.processEvents()

@@ -28,7 +28,7 @@ def opened(tmp_path, qapp):
     window.bench.set(has_started=True)
     window.show()
 
-    def until(condition, limit_s=60):
+    def until(condition, limit_s=120):
         deadline = time.monotonic() + limit_s
         while not condition():
             assert time.monotonic() < deadline, window.bench.log.lines()

@@ -25,7 +25,9 @@ def dock(qtbot):
     made.resize(420, 700)
     made.show()
     bench.show_scene(open_scene("lab"))
-    qtbot.waitUntil(lambda: made._plan is not None and made._plan.floor is not None, timeout=20000)
+    qtbot.waitUntil(
+        lambda: made._plan is not None and made._plan.floor is not None, timeout=120_000
+    )
     yield made
     made.close()
     made.deleteLater()
@@ -173,7 +175,7 @@ def test_the_floors_picture_stays_while_the_same_room_is_opened_again(dock, qtbo
     from dataclasses import replace
 
     bench = dock._bench
-    qtbot.waitUntil(lambda: dock.floor._picture is not None, timeout=20000)
+    qtbot.waitUntil(lambda: dock.floor._picture is not None, timeout=120_000)
     scene = bench.scene
     bench.show_scene(None)
     bench.show_scene(replace(scene))
@@ -251,7 +253,7 @@ def test_typing_shows_what_is_wrong_and_loses_nothing(dock, qtbot):
     good = dock.editing.text
     bad = good.replace("duration_s = 24.0", "duration_s = = 24")
     dock.text.setPlainText(bad)
-    qtbot.waitUntil(lambda: dock.problem.isVisible(), timeout=5000)
+    qtbot.waitUntil(lambda: dock.problem.isVisible(), timeout=60_000)
     assert "line 3" in dock.problem.text()
     assert dock.text.extraSelections()[0].cursor.blockNumber() == 2
     assert not dock._bench.do("scenario.duration", s=5.0)

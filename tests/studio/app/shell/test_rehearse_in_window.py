@@ -53,7 +53,7 @@ def play(tiny, tmp_path, monkeypatch, application):
         return window
 
     def until(condition):
-        deadline = time.monotonic() + 60
+        deadline = time.monotonic() + 120
         while not condition():
             assert time.monotonic() < deadline, "the window did not get there in a minute"
             application.processEvents()

@@ -52,7 +52,7 @@ def bench(desk):
 def until():
     """The function `until(is_done, meanwhile)`: waits, bounded, and fails if it never is."""
 
-    def wait(is_done, meanwhile=lambda: None, *, limit_s=30.0):
+    def wait(is_done, meanwhile=lambda: None, *, limit_s=120.0):
         end = time.monotonic() + limit_s
         while not is_done():
             assert time.monotonic() < end, "waited in vain"

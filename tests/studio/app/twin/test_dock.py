@@ -66,7 +66,7 @@ def test_physics_with_all_at_rest_says_that_nothing_moves(dock, bench, qtbot):
 
     document = bench.document
     qtbot.mouseClick(dock.run, Qt.MouseButton.LeftButton)
-    qtbot.waitUntil(lambda: bench.notice is not None, timeout=30_000)
+    qtbot.waitUntil(lambda: bench.notice is not None, timeout=120_000)
     assert bench.notice.text.startswith("Nothing moves: all objects rest")
     assert not dock.physics.is_busy
     assert bench.document is document

@@ -36,7 +36,7 @@ def bench(desk):
 
 
 def until_made(layers):
-    end = time.monotonic() + 30
+    end = time.monotonic() + 120
     while not layers.poll():
         assert time.monotonic() < end, "waited in vain"
         time.sleep(0.005)

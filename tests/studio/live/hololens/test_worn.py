@@ -42,7 +42,7 @@ def anchored(worn):
     worn.anchoring._origin = Origin(anchor=Followed(belief), glide=Glide(Pose.identity(), 0))
 
 
-def until(condition, seconds=10.0):
+def until(condition, seconds=120.0):
     deadline = time.monotonic() + seconds
     while not condition():
         assert time.monotonic() < deadline

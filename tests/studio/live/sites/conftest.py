@@ -17,7 +17,7 @@ from studio.live.sites.joined_site import JoinedSite
 from studio.live.sites.shared_room import SharedRoom
 from tests.devices.transport.networks import ZenohNetwork
 
-PATIENCE_S = 5.0
+PATIENCE_S = 60.0
 
 
 @dataclass

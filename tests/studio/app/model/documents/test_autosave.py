@@ -37,7 +37,7 @@ def gone_pid():
 
 
 def wait_for(condition):
-    deadline = time.monotonic() + 10
+    deadline = time.monotonic() + 120
     while not condition():
         assert time.monotonic() < deadline
         time.sleep(0.01)
@@ -129,7 +129,7 @@ def test_what_was_done_before_a_kill_is_there_again(tmp_path):
         child.stdin.write(f"lab {number}\n")
         child.stdin.flush()
         child.stdout.readline()
-    time.sleep(0.5)
+    wait_for(lambda: any('"seed": 29,' in f.read_text() for f in tmp_path.glob("autosave-*.*")))
     child.kill()
     child.wait()
     (found,) = recoverable(tmp_path)

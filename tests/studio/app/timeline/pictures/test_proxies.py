@@ -30,7 +30,7 @@ def begun(index, folder, **rest):
     return Proxies(index.path, index.packets.topics[0], folder, **wanted)
 
 
-def wait(condition, limit_s=60.0):
+def wait(condition, limit_s=120.0):
     end = time.monotonic() + limit_s
     while not condition():
         assert time.monotonic() < end, f"not there in {limit_s} s"

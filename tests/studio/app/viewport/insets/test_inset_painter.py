@@ -32,7 +32,7 @@ def view_from(x):
 
 
 def next_picture(painter, key):
-    deadline = time.monotonic() + 30
+    deadline = time.monotonic() + 120
     while (painted := painter.take(key)) is None:
         assert time.monotonic() < deadline
         time.sleep(0.005)

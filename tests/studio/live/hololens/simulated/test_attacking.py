@@ -36,7 +36,7 @@ def camera_port():
     task = Task("camera", lambda _task: [None for _ in listener.units(stop)]).start()
     yield listener.port
     stop.set()
-    task.join(2.0)
+    task.join(120)
     listener.close()
 
 
