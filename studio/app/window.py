@@ -255,8 +255,15 @@ def _conditions(window: MainWindow) -> dict[str, Callable[..., bool]]:
             live is not None and live.session is not None and live.session.state == state
         ),
         "wait.scene": lambda: bench.scene is not None and not run.is_opening and window.is_filled,
-        "wait.drawn": lambda: window.view.active.is_drawn,
+        "wait.drawn": lambda: _is_drawn(window.view),
     }
+
+
+def _is_drawn(view: QWidget | None) -> bool:
+    """Return whether the view that is worked in shows what is now, with nothing left out."""
+    from studio.app.viewport.view_grid import ViewGrid
+
+    return isinstance(view, ViewGrid) and view.active.is_drawn
 
 
 def _application() -> QApplication:
