@@ -1,4 +1,4 @@
-"""What the process of a simulated headset sees beside its own world."""
+"""The process of a simulated headset: its room is that of the simulated camera."""
 
 import time
 from types import SimpleNamespace
