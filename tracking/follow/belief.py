@@ -61,7 +61,8 @@ followed wrongly 0.4 at most."""
 AS_USUAL = 0.8
 """Share of the nats a sample that an object usually shows from which its pose is in no doubt. Of
 169 times that poses beside moving objects were compared in four random rooms, another one was
-clearly likelier in 17, at 0.75 of that at most; 94 showed more than 0.9."""
+clearly likelier in 17, at 0.75 of that at most; 94 showed more than 0.9. Of what left its rest in
+ten random rooms, right poses showed 0.82 at least, passers-by 0.71 at most."""
 
 MIN_RATE = 0.6
 """Nats a sample from which a pose accounts for any object: half of what a sample says that looks

@@ -126,7 +126,9 @@ def _decided(
         return _at_rest(task, evidence, belief, unchanged=unchanged)
     if _is_comparison_due(task, belief):
         task = replace(task, track=replace(track, compared_ns=now))
-        back = task.track if track.was_at_rest else _back(task, min_nats=max(belief.found.nats, 0.0))
+        back = (
+            task.track if track.was_at_rest else _back(task, min_nats=max(belief.found.nats, 0.0))
+        )
         if back is not task.track:
             return back
         belief = _climbed(

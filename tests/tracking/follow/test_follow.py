@@ -119,9 +119,7 @@ def test_what_rests_or_is_hidden_there_moves_only_to_where_it_is_in_no_doubt(
     scene, now = mug_elsewhere
     task = table.task(scene, "mug-1")
     usual = PoseSupport(40.0, SAMPLES, 1.0, 1.0, 0.0, 900.0)
-    track = replace(
-        task.track, state=state, usual_nats=usual.nats, usual_rate=usual.nats_a_sample
-    )
+    track = replace(task.track, state=state, usual_nats=usual.nats, usual_rate=usual.nats_a_sample)
 
     def weighed(task, observation, fit):
         evidence = gather(
