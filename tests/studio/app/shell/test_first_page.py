@@ -26,6 +26,7 @@ class NoHistory:
 
 @pytest.fixture
 def make_page(qapp):
+    from PySide6.QtTest import QTest
     from PySide6.QtWidgets import QWidget
 
     from studio.app.shell.first_page import FirstPage
@@ -40,7 +41,7 @@ def make_page(qapp):
         view.resize(*size)
         page = FirstPage(Workbench(Document("lab"), Settings(), NoHistory()), view)
         view.show()
-        qapp.processEvents()
+        assert QTest.qWaitForWindowExposed(view, 60_000)  # a busy X server takes its time
         page.place()
         qapp.processEvents()
         return page
