@@ -227,7 +227,7 @@ def test_one_is_seen_looking_and_pointing(page, hub):
 def test_one_walks_at_eye_height_and_not_through_walls(page, hub):
     join(page, hub)
     page.press("g", "KeyG")
-    assert page.evaluate("live.eye()[2]") == pytest.approx(1.6)
+    page.wait_for("Math.abs(live.eye()[2] - 1.6) < 1e-6")
     page.evaluate(
         "live.control.camera.position.set(0, 0, 1.6); live.control.lookAt("
         "live.room.camera.position.clone().set(5, 0, 1.6))"
@@ -241,7 +241,7 @@ def test_one_walks_at_eye_height_and_not_through_walls(page, hub):
 
     until(lambda x: abs(x - 1.75) < 1e-3, walked_on)
     page.hold("w", "KeyW", 0.5)
-    page.pass_frames()
+    page.rest()
     assert page.evaluate("live.eye()[0]") == pytest.approx(1.75, abs=1e-3)
     assert page.evaluate("live.eye()[2]") == pytest.approx(1.6)
     assert page.evaluate("document.getElementById('mode-walk').ariaChecked") == "true"
