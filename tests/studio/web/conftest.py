@@ -165,15 +165,20 @@ def echo(hub):
     return found
 
 
-@pytest.fixture
-def inside(page, hub, echo):
-    """The page in the room, looking down on it from the front."""
-    page.visit(hub.invite().url, width=1000, height=640)
+def join_as_ada(page, hub, *, width, height):
+    """Join the hub's room and wait until all of it is there."""
+    page.visit(hub.invite().url, width=width, height=height)
     page.wait_for(JOINING)
     page.evaluate("document.getElementById('name').value = 'Ada'")
     page.evaluate("document.getElementById('join-button').click()")
     page.wait_for(READY)
     page.wait_for("live.isWhole()")
+
+
+@pytest.fixture
+def inside(page, hub, echo):
+    """The page in the room, looking down on it from the front."""
+    join_as_ada(page, hub, width=1000, height=640)
     page.evaluate(
         "document.getElementById('panel').hidden = true; dispatchEvent(new Event('resize'))"
     )

@@ -25,6 +25,14 @@ def taken_by(who):
     return lambda state: body if (body := only(state.primitives)) and body.user_id == who else None
 
 
+def draw_shape(page, echo):
+    """The shape that the page's person put on the floor."""
+    choose(page, "shape")
+    at = seen_at(page, -0.8, 0, 0.5)
+    drag(page, at, at)
+    return echo.until(lambda state: only(state.primitives))
+
+
 def ask(page, operation):
     """Ask the hub for an operation, once there is a connection: a busy machine may have lost it."""
     page.wait_for(f"live.link.do({operation}) !== null")
@@ -32,10 +40,7 @@ def ask(page, operation):
 
 def test_a_shape_is_handed_over_and_handed_back(inside, echo, invite_guest):
     guest = invite_guest("Grace")
-    choose(inside, "shape")
-    at = seen_at(inside, -0.8, 0, 0.5)
-    drag(inside, at, at)
-    body = echo.until(lambda state: only(state.primitives))
+    body = draw_shape(inside, echo)
     key = body.primitive_id
     inside.wait_for("document.getElementById('thing-give').textContent === 'Give to Grace'")
     assert not inside.evaluate("document.getElementById('thing-give').hidden")
@@ -47,7 +52,7 @@ def test_a_shape_is_handed_over_and_handed_back(inside, echo, invite_guest):
     assert "Grace has" in inside.evaluate("document.getElementById('notice').textContent")
     inside.wait_for("document.getElementById('thing-bar').hidden")
     if PICTURES:
-        inside.pass_frames()
+        inside.rest()
         Image.fromarray(inside.picture()).save(Path(PICTURES) / "handed-over.png")
 
     # It is no longer the page's to move, also where the studio's word comes later.
@@ -116,10 +121,7 @@ def test_what_somebody_has_left_is_taken_by_a_click(inside, echo, hub, invite_gu
 
 def test_somebody_at_another_site_is_given_a_shape_and_gives_it_back(inside, echo, hub):
     hub.meet([Elsewhere(Person("north.p1", 0, "Nils", Role.REMOTE), b"")])
-    choose(inside, "shape")
-    at = seen_at(inside, -0.8, 0, 0.5)
-    drag(inside, at, at)
-    body = echo.until(lambda state: only(state.primitives))
+    body = draw_shape(inside, echo)
     inside.wait_for("document.getElementById('thing-give').textContent === 'Give to Nils'")
     inside.evaluate("document.getElementById('thing-give').click()")
     echo.until(taken_by("north.p1"))
@@ -136,17 +138,14 @@ def test_somebody_at_another_site_is_given_a_shape_and_gives_it_back(inside, ech
 def test_a_headsets_wearer_is_given_a_shape_and_whoever_clicks_it_gets_it_back(inside, echo, hub):
     wearer = Person("hololens", 0, "Ana", Role.LOCAL, is_yielding=True)
     hub.meet([Elsewhere(wearer, b"")], way="hololens")
-    choose(inside, "shape")
-    at = seen_at(inside, -0.8, 0, 0.5)
-    drag(inside, at, at)
-    body = echo.until(lambda state: only(state.primitives))
+    body = draw_shape(inside, echo)
     key = body.primitive_id
     inside.wait_for("document.getElementById('thing-give').textContent === 'Give to Ana'")
     inside.evaluate("document.getElementById('thing-give').click()")
     echo.until(taken_by("hololens"))
     inside.wait_for(f"live.handing.shown().join() === '{key},Ana has it'")
     if PICTURES:
-        inside.pass_frames()
+        inside.rest()
         Image.fromarray(inside.picture()).save(Path(PICTURES) / "given-to-the-wearer.png")
 
     # The wearer's hand moves it, and has it still: as long as it is moved, and a moment longer.

@@ -10,7 +10,7 @@ import pytest
 from devices.hub.mesh import MeshChannel
 from scenes.mesh import CollisionMesh
 from tests.studio.browser import until
-from tests.studio.web.conftest import JOINING, READY
+from tests.studio.web.conftest import JOINING, READY, join_as_ada
 
 PICTURES = os.environ.get("NEXUS_TEST_PICTURES")
 """Folder for pictures of the page, to be looked at."""
@@ -26,12 +26,7 @@ def board(y, *, low=-0.6, high=0.6):
 
 @pytest.fixture
 def joined(page, hub):
-    page.visit(hub.invite().url, width=400, height=300)
-    page.wait_for(JOINING)
-    page.evaluate("document.getElementById('name').value = 'Ada'")
-    page.evaluate("document.getElementById('join-button').click()")
-    page.wait_for(READY)
-    page.wait_for("live.isWhole()")
+    join_as_ada(page, hub, width=400, height=300)
     page.evaluate(
         "live.control.camera.position.set(0, -1.4, 0.8);"
         "live.control.lookAt(live.room.camera.position.clone().set(0, 1.4, 0.8))"

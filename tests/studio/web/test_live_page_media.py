@@ -48,7 +48,7 @@ OWN = """if (!window.own && live.media.microphone.stream) {
   window.own.connect(analyser); }"""
 OTHERS = "for (const { panner } of speakers.voices.values()) panner.connect(analyser);"
 QUIET = "performance.timeOrigin + performance.now() - Math.max(since, ...onsets) > 2500"
-"""Nothing was heard for longer than five beeps take, of which a network and a machine are late."""
+"""No beep arrived for longer than five beeps take, of which a network and a machine are late."""
 
 DELAY_MS = 600
 BEEPS = 8
@@ -142,7 +142,7 @@ def test_a_voice_arrives_by_webrtc_and_the_muted_are_silent(pages, hub):
     ada.wait_for("!live.media.microphone.isOn")
     ben.wait_for("live.media.speaking.size === 0")
     ben.evaluate("window.since = performance.timeOrigin + performance.now()")
-    ben.wait_for(QUIET)  # what was on its way has been heard
+    ben.wait_for(QUIET)  # what was on its way has been played
     ben.evaluate("window.onsets = []; window.peak = 0")
     # A page that goes on all the same is not heard either.
     ada.evaluate(

@@ -21,24 +21,24 @@ from studio.session.plan import SessionPlan
 
 
 def seen(output):
-    """People, their things and version of the state after a picture, as plain numbers."""
+    """People, their entities and version of the state after a picture, as plain numbers."""
     state = output.state
-    things = {
+    entities = {
         key: (
-            thing.user_id,
-            thing.shape,
-            thing.size_m,
-            thing.world_from_primitive.matrix().tolist(),
+            entity.user_id,
+            entity.shape,
+            entity.size_m,
+            entity.world_from_primitive.matrix().tolist(),
         )
-        for key, thing in state.primitives.items()
+        for key, entity in state.primitives.items()
     }
-    things |= {
-        key: (thing.object_id, thing.user_name, thing.world_from_object.matrix().tolist())
-        for key, thing in state.proposals.items()
+    entities |= {
+        key: (entity.object_id, entity.user_name, entity.world_from_object.matrix().tolist())
+        for key, entity in state.proposals.items()
     }
-    things |= {
-        key: (thing.corners_in_world.tolist(), thing.size_px, thing.seen_in_world.tolist())
-        for key, thing in state.surfaces.items()
+    entities |= {
+        key: (entity.corners_in_world.tolist(), entity.size_px, entity.seen_in_world.tolist())
+        for key, entity in state.surfaces.items()
     }
     people = {
         key: (
@@ -51,7 +51,7 @@ def seen(output):
     }
     lines = {key: item.points_in_world.tolist() for key, item in state.annotations.items()}
     events = [event.text for event in output.input.events if event.source == PEOPLE]
-    return state.version, people, lines, things, events
+    return state.version, people, lines, entities, events
 
 
 def handed(states):
@@ -66,12 +66,12 @@ def handed(states):
 def has_everything(states):
     """Whether lines, rays, proposals, carried surfaces and boxes that were handed on were seen."""
     every = list(states.values())
-    things = [thing for it in every for thing in it[3].values()]
+    entities = [entity for it in every for entity in it[3].values()]
     return bool(
         any(it[2] for it in every)
         and any(person[3] is not None for it in every for person in it[1].values())
-        and any(len(thing) == 3 and isinstance(thing[0], str) for thing in things)
-        and any(isinstance(thing[0], list) and thing[0] != thing[2] for thing in things)
+        and any(len(entity) == 3 and isinstance(entity[0], str) for entity in entities)
+        and any(isinstance(entity[0], list) and entity[0] != entity[2] for entity in entities)
         and any(len(it[3]) >= 2 for it in every)
         and handed(states)[1]
     )
@@ -136,7 +136,7 @@ def test_two_people_in_a_session_are_recorded_and_replayed_to_the_bit(live, tiny
     surfaces = [value.surface for value in values if isinstance(value, RecordedSurface)]
     assert any(surface.carried_to is not None for surface in surfaces)
     assert max(len(people) for _, people, *_ in states.values()) == 2
-    assert max(len(things) for _, _, _, things, _ in states.values()) >= 2
+    assert max(len(entities) for _, _, _, entities, _ in states.values()) >= 2
 
     info, again = read_session(path), {}
     replay = tiny.session(

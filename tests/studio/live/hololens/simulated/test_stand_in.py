@@ -15,13 +15,7 @@ from sim.wire.film.film import PictureTruth
 from sim.wire.streaming.truth_file import PictureTime, TruthWriter
 from studio.live.hololens.simulated.headset import SimulatedHeadset
 from studio.live.hololens.simulated.stand_in import follow
-
-
-def until(condition, seconds=120.0):
-    deadline = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < deadline, "not reached in time"
-        time.sleep(0.01)
+from tests.studio.browser import until
 
 
 @pytest.fixture
@@ -44,8 +38,8 @@ def test_objects_and_the_camera_are_seen_where_the_cameras_truth_has_them(follow
     for number, place in enumerate(places):
         truth = PictureTruth(0, {"chair-1": place}, {"chair-1": 1.0}, rig)
         writer.taken(PictureTime(number, 0, 0, 0), truth)
-    until(lambda: np.allclose(scenery.poses()["chair-1"].matrix(), places[-1].matrix()))
-    until(lambda: np.allclose(scenery.poses()[CAMERA].matrix(), rig.matrix()))
+    until(bool, lambda: np.allclose(scenery.poses()["chair-1"].matrix(), places[-1].matrix()))
+    until(bool, lambda: np.allclose(scenery.poses()[CAMERA].matrix(), rig.matrix()))
     assert scenery.poses()["chair-2"] is at_first["chair-2"]
 
     # A picture of which the film knows nothing moves nothing; half a line waits for the rest.
@@ -58,7 +52,7 @@ def test_objects_and_the_camera_are_seen_where_the_cameras_truth_has_them(follow
         time.sleep(0.1)
         assert np.allclose(scenery.poses()["chair-1"].matrix(), places[-1].matrix())
         file.write(line[100:])
-    until(lambda: np.allclose(scenery.poses()["chair-1"].matrix(), places[0].matrix()))
+    until(bool, lambda: np.allclose(scenery.poses()["chair-1"].matrix(), places[0].matrix()))
 
 
 def test_the_session_says_which_truth(tmp_path):
