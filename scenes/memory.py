@@ -28,6 +28,13 @@ def give_back_memory() -> None:
     return_free_pages()
 
 
+def collect_due() -> None:
+    """Collect the oldest generation that is due, as Python does by itself while that is enabled."""
+    due = [count > most for count, most in zip(gc.get_count(), gc.get_threshold(), strict=True)]
+    if any(due):
+        gc.collect(max(index for index, is_due in enumerate(due) if is_due))
+
+
 def keep_heap_small() -> None:
     """Have large blocks given back as soon as they are freed, and one heap for all threads.
 

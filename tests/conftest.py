@@ -8,7 +8,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Generator, Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -18,6 +18,7 @@ import pytest
 from hypothesis import settings
 
 from scenes.cameras import Camera, pixel_centres
+from scenes.memory import collect_due
 from scenes.mesh import TexturedMesh
 from scenes.pose import Pose
 
@@ -84,6 +85,33 @@ def pytest_collection_finish(session: pytest.Session) -> None:
     """
     gc.collect()
     gc.freeze()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(
+    item: pytest.Item, nextitem: pytest.Item | None
+) -> Generator[None, object, object]:
+    """Collect what holds only itself between tests of windows, as the window does between events.
+
+    Any thread may be the one whose objects make Python collect: widgets of earlier tests that it
+    frees there, while the window is at work, end the process without a word.
+    """
+    if not has_windows(item):
+        return (yield)
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.enable()
+        if nextitem is None or not has_windows(nextitem):
+            gc.collect()
+        else:
+            collect_due()
+
+
+def has_windows(item: pytest.Item) -> bool:
+    """Whether a test may make widgets."""
+    return "qapp" in getattr(item, "fixturenames", ()) or item.get_closest_marker("gui") is not None
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import signal
 import sys
 import threading
@@ -22,7 +23,7 @@ from PySide6.QtCore import (
 )
 from PySide6.QtWidgets import QApplication, QMainWindow, QWidget
 
-from scenes.memory import give_back_memory, keep_heap_small, return_free_pages
+from scenes.memory import collect_due, give_back_memory, keep_heap_small, return_free_pages
 from studio.app.model.documents.document import Document
 from studio.app.model.documents.document_file import SUFFIX, load_document
 from studio.app.model.jobs.live_job import LivePlan
@@ -48,6 +49,10 @@ SWITCH_S = 0.002
 
 COLLECT_AFTER_MS = 3000
 """Time after a change of what is open until it is collected: threads have ended by then."""
+
+COLLECT_MS = 500
+"""Between two looks whether objects are due to be collected, milliseconds: by Python's own counts
+new ones are every time, and all of them every minute, which takes 80 ms in a rehearsal."""
 
 TRIM_MS = 5000
 """Between two times that the heap's free pages are given back, milliseconds: what sessions and
@@ -299,7 +304,7 @@ def _exec(application: QApplication, window: MainWindow) -> None:
     before = sys.getswitchinterval()
     sys.setswitchinterval(SWITCH_S)
     try:
-        with _closing_on_signal(window) as signals:
+        with _closing_on_signal(window) as signals, collecting_between_events():
             application.exec()
     finally:
         sys.setswitchinterval(before)
@@ -307,6 +312,28 @@ def _exec(application: QApplication, window: MainWindow) -> None:
         raise SystemExit(1)  # it has been said already
     if signals:
         raise KeyboardInterrupt
+
+
+@contextmanager
+def collecting_between_events() -> Iterator[None]:
+    """Has the event loop alone collect what holds only itself, while it runs.
+
+    Any thread may be the one whose objects make Python collect. Widgets and drawings that it frees
+    there are freed under the hands of the window, which ends the program: so it went where a thread
+    collected while a style sheet was set.
+    """
+    timer = QTimer()
+    timer.setInterval(COLLECT_MS)
+    timer.timeout.connect(collect_due)
+    was_enabled = gc.isenabled()
+    gc.disable()
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.stop()
+        if was_enabled:
+            gc.enable()
 
 
 @contextmanager

@@ -1,12 +1,19 @@
 """Memory that nobody uses goes back to the operating system."""
 
+import gc
 import subprocess
 import sys
 import weakref
 
 import pytest
 
-from scenes.memory import give_back_memory, growth_percent, keep_heap_small, resident_kib
+from scenes.memory import (
+    collect_due,
+    give_back_memory,
+    growth_percent,
+    keep_heap_small,
+    resident_kib,
+)
 
 
 class Holder:
@@ -20,6 +27,21 @@ def test_what_holds_only_itself_is_gone() -> None:
     held = weakref.ref(Holder())
     give_back_memory()
     assert held() is None
+
+
+def test_objects_are_collected_when_there_are_as_many_as_python_waits_for() -> None:
+    gc.collect()
+    gc.disable()
+    try:
+        held = weakref.ref(Holder())
+        collect_due()
+        assert held() is not None
+        kept = [Holder() for _ in range(gc.get_threshold()[0])]
+        collect_due()
+        assert held() is None
+        assert kept
+    finally:
+        gc.enable()
 
 
 LEAVE_GAPS = """

@@ -1,4 +1,6 @@
+import gc
 import os
+import threading
 
 import pytest
 
@@ -257,6 +259,20 @@ def test_what_a_closed_recording_leaves_is_collected_once_nothing_plays(
     assert not window.run.is_busy
     window.bench.announce(Topic.RECORDING)
     until(lambda: collected)
+
+
+def test_while_a_window_is_open_its_event_loop_alone_collects(monkeypatch, until):
+    from studio.app import window as module
+
+    monkeypatch.setattr(module, "COLLECT_MS", 1)
+    by = []
+    monkeypatch.setattr(module, "collect_due", lambda: by.append(threading.current_thread()))
+    gc.enable()
+    with module.collecting_between_events():
+        assert not gc.isenabled()
+        until(lambda: len(by) > 1)
+    assert gc.isenabled()
+    assert set(by) == {threading.main_thread()}
 
 
 def test_a_closed_window_hears_of_no_change_any_more(open_studio, monkeypatch):
