@@ -27,6 +27,10 @@ MOVED = 0.08
 UNSEEN = 1.0 - STAYED - MOVED
 """Probability that it is nowhere in view."""
 
+LIKE_BEFORE = 0.9
+"""Probability that what was moved stands on the floor if it stood there before, and on furniture if
+it stood on furniture. In random rooms 100 to 113, 304 of 328 moved objects did."""
+
 MOVED_M = 5.0
 """Distance in m over which the log prior of having been moved falls by one: a room's size. Decides
 between identical twins alone."""
@@ -47,7 +51,8 @@ def moved_log_prior(
 ) -> float:
     """Log odds of one pose elsewhere.
 
-    The probability of having been moved is shared by all places that can be distinguished.
+    The probability of having been moved is shared by all places that can be distinguished, those
+    of the floor and those on furniture apart.
 
     Args:
         scene: the frame.
@@ -56,8 +61,16 @@ def moved_log_prior(
         world_from_last: where it was.
         world_from_now: the pose.
     """
-    count = distinguishable_places(scene, model, heights_m)
-    return math.log(MOVED / UNSEEN / count) - apart(world_from_last, world_from_now) / MOVED_M
+    is_low = float(world_from_now.translation[2]) < EVERYWHERE_M
+    was_low = model.source.support_z_m < EVERYWHERE_M
+    here = [height for height in heights_m if (height < EVERYWHERE_M) is is_low]
+    share = LIKE_BEFORE if is_low is was_low else 1.0 - LIKE_BEFORE
+    if len(here) in (0, len(heights_m)):  # it has no choice, or is held in the air
+        here, share = list(heights_m), 1.0
+    count = distinguishable_places(scene, model, here)
+    return (
+        math.log(MOVED * share / UNSEEN / count) - apart(world_from_last, world_from_now) / MOVED_M
+    )
 
 
 def distinguishable_places(scene: Scene, model: TrackModel, heights_m: Sequence[float]) -> float:

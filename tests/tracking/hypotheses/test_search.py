@@ -14,6 +14,7 @@ from tracking.hypotheses.budget import BudgetExhausted, FrameBudget
 from tracking.hypotheses.hypothesis import apart
 from tracking.hypotheses.lens_look import look_through
 from tracking.hypotheses.prior import (
+    LIKE_BEFORE,
     MOVED,
     UNSEEN,
     distinguishable_places,
@@ -31,6 +32,7 @@ from tracking.hypotheses.refinement import align, coarse, refine
 from tracking.hypotheses.screening import ALIGNED_AT_A_PLACE, of_all_places
 from tracking.hypotheses.search import best_places, search
 from tracking.hypotheses.yaws import likeliest_yaws
+from tracking.model.support_planes import EVERYWHERE_M
 from tracking.model.templates import Cuts, compare
 
 HEIGHTS = (0.74,)
@@ -150,8 +152,16 @@ def test_the_prior_shares_what_moved_among_all_places(table, as_scanned):
     few = distinguishable_places(as_scanned, book, heights)
     ratio = (book.radius_m / mug.radius_m) ** 2
     assert many == pytest.approx(ratio * few, rel=1e-6)
+    above = distinguishable_places(as_scanned, book, [h for h in heights if h > EVERYWHERE_M])
     near = moved_log_prior(as_scanned, book, heights, world_from_last=here, world_from_now=here)
-    assert near == pytest.approx(math.log(MOVED / UNSEEN) - math.log(few))
+    assert near == pytest.approx(math.log(LIKE_BEFORE * MOVED / UNSEEN) - math.log(above))
+    below = Pose(here.rotation, here.translation * [1.0, 1.0, 0.0])
+    on_floor = moved_log_prior(
+        as_scanned, book, heights, world_from_last=below, world_from_now=below
+    )
+    assert on_floor == pytest.approx(
+        math.log((1.0 - LIKE_BEFORE) * MOVED / UNSEEN) - math.log(few - above)
+    )
     far = Pose(here.rotation, here.translation + np.array([2.0, 0.0, 0.0]))
     assert (
         moved_log_prior(as_scanned, book, heights, world_from_last=here, world_from_now=far) < near
