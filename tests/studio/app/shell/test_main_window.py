@@ -261,6 +261,10 @@ def test_what_a_closed_recording_leaves_is_collected_once_nothing_plays(
     until(lambda: collected)
 
 
+def test_no_thread_collects_while_a_test_has_windows(qapp):
+    assert not gc.isenabled()
+
+
 def test_while_a_window_is_open_its_event_loop_alone_collects(monkeypatch, until):
     from studio.app import window as module
 
