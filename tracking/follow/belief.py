@@ -19,7 +19,7 @@ from tracking.evidence.observation import Observation
 from tracking.follow.track import Task, Track
 from tracking.hypotheses.hypothesis import CLEAR_NATS, Hypothesis, is_other
 from tracking.hypotheses.prior import MOVED, STAYED, UNSEEN
-from tracking.hypotheses.refinement import CLEAR_SHARE, fit_at, refine
+from tracking.hypotheses.refinement import fit_at, refine
 from tracking.hypotheses.yaws import likeliest_yaws
 from tracking.likelihood.drawn_object import claim
 from tracking.likelihood.pixel_model import PoseSupport
@@ -176,9 +176,7 @@ def near(
 def is_at_rest_still(task: Task, belief: Belief, *, is_doubtful: bool) -> bool:
     """Whether a resting object is likelier to be where it was than where it was measured.
 
-    A move that does not account for what has changed needs clear odds. Where an object shows as
-    much as ever, a model's own faults may make another pose likelier by a share of its nats: a
-    carton that nobody touched by 4.5 of 52, 4 cm away, and from there on by more.
+    A move where nothing has changed, or that does not account for it, needs clear odds.
 
     Args:
         task: the object, at rest until now.
@@ -186,10 +184,8 @@ def is_at_rest_still(task: Task, belief: Belief, *, is_doubtful: bool) -> bool:
         is_doubtful: whether the move needs clear odds anyway.
     """
     has_changed = belief.before.nats + CLEAR_NATS < task.track.usual_nats
-    is_clear = not is_doubtful and accounts_for_change(task, belief)
-    margin = 0.0 if has_changed and is_clear else CLEAR_NATS
-    if not has_changed:
-        margin = max(margin, CLEAR_SHARE * belief.found.nats)
+    is_explained = has_changed and accounts_for_change(task, belief)
+    margin = CLEAR_NATS if is_doubtful or not is_explained else 0.0
     return belief.before.nats + margin >= belief.found.nats
 
 
