@@ -10,7 +10,7 @@ import numpy as np
 from benchmarks.evaluate.answers import MIN_VISIBLE, MIN_WIDTH_PX
 from benchmarks.tracking.windows import LabelledPicture, LabelledRoom
 from studio.console.rows import Row, at_most
-from tracking.follow.rebirth import FARTHEST_M, FASTEST_M_S, JUMP_M, LIFTS_M
+from tracking.follow.rebirth import FARTHEST_M, FASTEST_M_S, JUMP_M, lifted_heights
 from tracking.hypotheses.births import Expected, born
 from tracking.solve.motion import Motion, pose_vector, vector_pose
 
@@ -117,5 +117,5 @@ def _expected(room: LabelledRoom, pictures: Sequence[LabelledPicture], *, name: 
     reach_m = min(JUMP_M + FASTEST_M_S * (now.t_ns - known.t_ns) * 1e-9, FARTHEST_M)
     height_m, lowest = float(pose.translation[2]), min(room.support_heights_m)
     supports = tuple(h for h in room.support_heights_m if abs(h - height_m) < reach_m)
-    lifts = tuple(height_m + lift for lift in LIFTS_M if height_m + lift > lowest + 0.05)
+    lifts = lifted_heights(height_m, reach_m=reach_m, lowest_m=lowest)
     return Expected((moved, pose), reach_m, supports, lifts)

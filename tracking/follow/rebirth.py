@@ -32,9 +32,9 @@ JUMP_M, FASTEST_M_S, FARTHEST_M = 0.08, 3.0, 1.2
 """Distance that is always reachable, speed of a carried object at most (at arm's length from who
 turns round), and distance beyond which places are the whole search's: m and m/s."""
 
-LIFTS_M = (-0.3, -0.15, 0.0, 0.15, 0.3)
-"""Heights about its last one at which a carried object is looked for: what people lift in a third
-of a second; between them a climb bridges."""
+LIFT_M, HIGHEST_M = 0.15, 0.75
+"""Heights about its last one at which a carried object is looked for are this far apart, m, and go
+so far: between them a climb bridges."""
 
 LOOK_SHARE = 0.6
 """Share of the time between looks that a look may take."""
@@ -106,8 +106,7 @@ def expected_of(task: Task) -> Expected:
     reach_m = JUMP_M + FASTEST_M_S * (now - since_ns) * 1e-9
     height_m = float(known.translation[2])
     supports = tuple(h for h in task.support_heights_m if abs(h - height_m) < reach_m + 0.02)
-    lowest = min(task.support_heights_m)
-    lifts = tuple(height_m + lift for lift in LIFTS_M if height_m + lift > lowest + 0.05)
+    lifts = lifted_heights(height_m, reach_m=reach_m, lowest_m=min(task.support_heights_m))
     poses = (moved, known) if is_other(task.model, moved, known) else (moved,)
     return Expected(
         poses,
@@ -115,6 +114,19 @@ def expected_of(task: Task) -> Expected:
         supports,
         lifts if is_carriable(task.model.source.box_m) else (),
     )
+
+
+def lifted_heights(height_m: float, *, reach_m: float, lowest_m: float) -> tuple[float, ...]:
+    """Heights at which an object is looked for that is carried, above the lowest support plane.
+
+    Args:
+        height_m: its last one.
+        reach_m: how far it may be from there.
+        lowest_m: of the support planes.
+    """
+    count = math.floor(min(reach_m, HIGHEST_M) / LIFT_M)
+    heights = (height_m + step * LIFT_M for step in range(-count, count + 1))
+    return tuple(height for height in heights if height > lowest_m + 0.05)
 
 
 def _is_likelier(task: Task, item: Hypothesis) -> bool:
@@ -140,6 +152,10 @@ def _is_likelier(task: Task, item: Hypothesis) -> bool:
         return item.log_odds > there.nats + max(missing_nats, CLEAR_NATS)
     stood = track.world_from_stood
     rests = stood is not None and not is_other(model, stood, believed)
+    # What rests where something hides it is elsewhere only where it shows all that it shows: who
+    # stands before it has the colours of a part of it somewhere.
+    if rests and not is_sure(support.nats_a_sample):
+        return False
     stays = stayed_log_prior() if rests else 0.0
     return item.log_odds > max(there.nats, 0.0) + stays + CLEAR_NATS
 

@@ -190,16 +190,16 @@ def proposed(
     return [Pose.from_yaw(float(yaws[row, turn]), places[row]) for row, turn in sorted(chosen)]
 
 
-def proposed_by_overlap(
-    model: TrackModel, places: Points, cuts: Cuts, similarity: Similarity, *, count: int
+def likeliest_at_each(
+    model: TrackModel, places: Points, cuts: Cuts, similarity: Similarity
 ) -> list[Pose]:
-    """Poses at so many places, the best by overlap and colours, best first."""
+    """Poses at all places, at each the best yaws by overlap and colours."""
     overlap, correlation = similarity
     scores = overlap * (COLOUR_FLOOR + np.maximum(correlation, 0.0))
     yaws = yaws_of(cuts)
     return [
         Pose.from_yaw(float(yaws[row, turn]), places[row])
-        for row in _spread_out(places, scores.max(axis=1), model, count)
+        for row in range(len(places))
         for turn in _peaks(scores[row])
     ]
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from scenes.pose import Pose
-from tracking.hypotheses.births import CLIMB_STEPS, Expected, born, climb, starts_in, surroundings
+from tracking.hypotheses.births import Expected, born, set_down, surroundings
 from tracking.hypotheses.hypothesis import CLEAR_NATS, apart
 
 SUPPORTS_M = (0.0, 0.74, 0.89)
@@ -62,18 +62,27 @@ def test_to_be_in_the_air_takes_clear_odds(table):
     assert standing - carried == pytest.approx(CLEAR_NATS)
 
 
-def test_poses_that_climb_together_get_where_each_gets_alone(table, mug_elsewhere):
-    scene, _ = mug_elsewhere
-    model, where = table.models["mug-1"], expected(table, "mug-1")
-    around = surroundings(scene, model, neighbours=table.neighbours("mug-1"), expected=where)
-    standing = starts_in(around)[:4]
-    lifted = [Pose.from_yaw(1.0, pose.translation + np.array([0, 0, 0.07])) for pose in standing]
-    poses = [*standing, *lifted]
-    starts = list(zip(around.log_odds(poses), poses, strict=True))
-    together = climb(around, starts, step=CLIMB_STEPS[0])
-    for start, (odds, pose) in zip(starts, together, strict=True):
-        ((odds_alone, pose_alone),) = climb(around, [start], step=CLIMB_STEPS[0])
-        assert odds == odds_alone >= start[0]
-        assert np.array_equal(pose.matrix(), pose_alone.matrix())
-        assert odds == pytest.approx(around.log_odds([pose])[0], rel=1e-12)
-    assert any(odds > start[0] for start, (odds, _) in zip(starts, together, strict=True))
+def test_what_stands_is_not_lifted_by_a_climb(table, mug_elsewhere):
+    around = around_the_mug(table, mug_elsewhere[0])
+    standing = table.poses["mug-1"]
+    lifted = Pose(standing.rotation, standing.translation + np.array([0.0, 0.0, 0.07]))
+    up = [around.cloud(pose, spread=0.25).spread[2, 2] for pose in (standing, lifted)]
+    assert up == [0.0, pytest.approx(0.25 * table.models["mug-1"].radius_m)]
+
+
+def test_a_pose_above_a_plane_is_tried_where_it_would_stand_farther_along_the_sight(
+    table, mug_elsewhere
+):
+    around = around_the_mug(table, mug_elsewhere[0])
+    standing = table.poses["mug-1"]
+    eye = around.look.world_from_lens.translation
+    nearer = standing.translation + 0.1 * (eye - standing.translation)
+    lifted = Pose(standing.rotation, nearer)
+    assert any(apart(pose, standing) < 1e-9 for pose in set_down(around, lifted))
+    assert set_down(around, standing) == []
+
+
+def around_the_mug(table, scene):
+    where = expected(table, "mug-1")
+    neighbours = table.neighbours("mug-1")
+    return surroundings(scene, table.models["mug-1"], neighbours=neighbours, expected=where)

@@ -24,9 +24,9 @@ from tracking.hypotheses.prior import (
 from tracking.hypotheses.proposals import (
     MIN_RADIUS_PX,
     cuts_at,
+    likeliest_at_each,
     places_on,
     proposed,
-    proposed_by_overlap,
 )
 from tracking.hypotheses.refinement import align, coarse, refine
 from tracking.hypotheses.screening import ALIGNED_AT_A_PLACE, of_all_places
@@ -79,8 +79,9 @@ def test_the_true_place_is_proposed(table, mug_elsewhere, look):
     similar = compare(whole, model.templates)
     poses = proposed(look, model, places, whole, similar)
     assert min(apart(pose, now) for pose in poses) < 0.06
-    near = proposed_by_overlap(model, places, whole, similar, count=3)
-    assert min(apart(pose, now) for pose in near) < 0.06
+    everywhere = likeliest_at_each(model, places, whole, similar)
+    assert {tuple(pose.translation) for pose in everywhere} == {tuple(place) for place in places}
+    assert len(everywhere) == 2 * len(places)
     none = whole.some(np.zeros(0, np.intp))
     assert proposed(look, model, places[:0], none, compare(none, model.templates)) == []
 
