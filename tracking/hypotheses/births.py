@@ -51,7 +51,7 @@ YAWS = 12
 """Yaws compared where the object is expected."""
 
 RANKED_PX = 10.0
-"""Radius in px at which starts are ranked. Of 172 looks for objects that people carry in twelve
+"""Radius in px at which starts are ranked. Of 172 looks for objects that people carry in fourteen
 rooms one near the truth was among the first twelve in 130, with 134 at 24 px for three times the
 time, and with 114 to 124 where a pose need not be exact."""
 
