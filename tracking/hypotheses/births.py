@@ -186,7 +186,7 @@ def _likeliest(around: Surroundings, starts: Sequence[Pose]) -> list[Pose]:
     clouds = climb(clouds, coarse.log_odds, rounds=COARSE_ROUNDS)
     clouds = climb(clouds, around.log_odds, rounds=ROUNDS)
     least = clouds[0].log_odds - HOPELESS_NATS
-    likely = [cloud.world_from_object for cloud in clouds if cloud.log_odds > least]
+    likely = [cloud.world_from_object for cloud in clouds if cloud.log_odds >= least]
     return _apart(model, likely, count=len(likely))
 
 
