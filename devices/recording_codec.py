@@ -36,6 +36,8 @@ class FrameStamp:
             in order, milliseconds: how many steps were done followed from them.
         search_ended: of a live session, whether a search for a lost object ended by this frame that
             was computed beside the frames; None where such searches took a share of each.
+        look_ended: the same of a look around where an object was known; None where such looks were
+            computed in the frames.
     """
 
     stream_id: str
@@ -45,6 +47,7 @@ class FrameStamp:
     world_from_rig: Pose | None
     steps_ms: tuple[float, ...] = ()
     search_ended: bool | None = None
+    look_ended: bool | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -188,6 +191,8 @@ def _stamp_fields(stamp: FrameStamp) -> dict[str, Any]:
         fields["steps_ms"] = list(stamp.steps_ms)
     if stamp.search_ended is not None:
         fields["search_ended"] = stamp.search_ended
+    if stamp.look_ended is not None:
+        fields["look_ended"] = stamp.look_ended
     return fields
 
 
@@ -255,8 +260,14 @@ def _stamp(encoded: Encoded, fields: dict[str, Any]) -> FrameStamp:
         int(fields["received_ns"]),
         None if pose is None else Pose.from_matrix(pose),
         tuple(float(value) for value in fields.get("steps_ms", ())),
-        None if (ended := fields.get("search_ended")) is None else bool(ended),
+        _optional_bool(fields, "search_ended"),
+        _optional_bool(fields, "look_ended"),
     )
+
+
+def _optional_bool(fields: dict[str, Any], name: str) -> bool | None:
+    value = fields.get(name)
+    return None if value is None else bool(value)
 
 
 def _track(encoded: Encoded, fields: dict[str, Any]) -> RecordedTrack:

@@ -26,7 +26,7 @@ from tracking.evidence.evidence import Neighbour, Scene
 from tracking.follow.first_frame import settle_all
 from tracking.follow.follow import follow
 from tracking.follow.outcome import hold, see_anew
-from tracking.follow.rebirth import look_around
+from tracking.follow.rebirth import Look, look_around
 from tracking.follow.redetection import Search, is_missing, redetect
 from tracking.follow.rest import first_look
 from tracking.follow.track import Task, Track, new_track, report
@@ -59,6 +59,7 @@ class TrackerState:
         schedule: of the last frame; None before the first.
         t_ns: time of the last frame.
         search: the pending search for a lost object; None if there is none.
+        look: the pending look around where an object was known; None if there is none.
         layers: objects rendered into the lens pictures of recent frames.
         options: settings that hold for the next frame.
     """
@@ -68,6 +69,7 @@ class TrackerState:
     schedule: Schedule | None
     t_ns: int
     search: Search | None = None
+    look: Look | None = None
     layers: Mapping[LayerKey, Drawn] = field(default_factory=lambda: MappingProxyType({}))
     options: TrackerOptions = field(default_factory=TrackerOptions)
 
@@ -83,6 +85,7 @@ class Tracker:
         stopwatch: measures the stages' durations, in ns.
         costs: of the steps of searches; nominal ones make every run the same.
         searches: computes the searches for lost objects.
+        looks: computes the looks around where objects were known.
 
     Raises:
         ValueError: two objects share an id.
@@ -98,6 +101,7 @@ class Tracker:
         stopwatch: Stopwatch = no_stopwatch,
         costs: StepCosts = NOMINAL_COSTS,
         searches: SearchRunner = IN_FRAMES,
+        looks: SearchRunner = IN_FRAMES,
     ) -> None:
         ids = [o.object_id for o in objects]
         if len(set(ids)) != len(ids):
@@ -108,6 +112,7 @@ class Tracker:
         self._stopwatch = stopwatch
         self._costs = costs
         self._searches = searches
+        self._looks = looks
         self._models: tuple[TrackModel, ...] = tuple(make_model(o, renderer) for o in objects)
         # A few stray splats hang outside every scan.
         self._bounds_m = (
@@ -167,7 +172,7 @@ class Tracker:
         state, tasks, looks = self._look(state, scene, rig, schedule)
         looked = self._stopwatch()
         tracks, is_time_left = self._measure(state, schedule, tasks, looks)
-        tracks, search = self._search(state, tasks, tracks, is_time_left=is_time_left)
+        tracks, search, look = self._search(state, tasks, tracks, is_time_left=is_time_left)
         measured = self._stopwatch()
         rig = self._learn(rig, scene, tracks, schedule)
         following = TrackerState(
@@ -176,6 +181,7 @@ class Tracker:
             schedule,
             frame.t_ns,
             search,
+            look,
             layers.kept(),
             state.options,
         )
@@ -237,23 +243,22 @@ class Tracker:
         tracks: dict[str, Track],
         *,
         is_time_left: bool,
-    ) -> tuple[dict[str, Track], Search | None]:
-        """Tracks and the pending search after lost objects were looked for, if that is due."""
+    ) -> tuple[dict[str, Track], Search | None, Look | None]:
+        """Tracks, the pending search and the pending look after what is missing was looked for."""
+        search, look = state.search, state.look
         if not state.options.recover or not self._models:
-            return tracks, state.search
+            return tracks, search, look
         first, *_ = tasks.values()
         if first.is_first:
             # At first there is nothing to be late for.
-            return settle_all(list(tasks.values()), tracks), state.search
-        looked = look_around(self._beside(tasks, tracks))
-        if looked is not None:
-            return {**tracks, **looked}, state.search
-        if not is_time_left:
-            return tracks, state.search
+            return settle_all(list(tasks.values()), tracks), search, look
+        looked, look = look_around(self._beside(tasks, tracks), look, runner=self._looks)
+        if looked or not is_time_left:
+            return {**tracks, **looked}, search, look
         budget_ms = min(SEARCH_SHARE * first.interval_ns / 1e6, state.options.search_ms)
         missing = [task for task in self._beside(tasks, tracks) if is_missing(task.track)]
-        found, search = redetect(missing, state.search, budget_ms=budget_ms, runner=self._searches)
-        return {**tracks, **found}, search
+        found, search = redetect(missing, search, budget_ms=budget_ms, runner=self._searches)
+        return {**tracks, **found}, search, look
 
     def _learn(
         self, rig: RigState, scene: Scene, tracks: Mapping[str, Track], schedule: Schedule

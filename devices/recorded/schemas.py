@@ -20,6 +20,7 @@ SCHEMAS: Mapping[str, Mapping[str, str]] = {
         "world_from_rig": "array",
         "steps_ms": "array",
         "search_ended": "boolean",
+        "look_ended": "boolean",
     },
     "gaussiannexus.TrackedObject": {
         "object_id": "string",

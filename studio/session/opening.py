@@ -119,6 +119,7 @@ def _methods(
             stopwatch=time.perf_counter_ns,
             costs=pacing.costs,
             searches=pacing.searches,
+            looks=pacing.looks,
             more=plan.more_methods,
         )
         for name in plan.methods

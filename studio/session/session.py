@@ -360,7 +360,12 @@ class Session:
             self._write(
                 stamp_of(frame)
                 if known is None
-                else stamp_of(frame, known.steps_ms, search_ended=known.search_ended)
+                else stamp_of(
+                    frame,
+                    known.steps_ms,
+                    search_ended=known.search_ended,
+                    look_ended=known.look_ended,
+                )
             )
         if live.packet is not None:
             self._write(live.packet)

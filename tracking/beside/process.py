@@ -38,8 +38,8 @@ MAX_WAITING = 3
 """Searches that wait, 0.13 GB each with pictures of 2880 × 1440. A session has two at most, its own
 and that of settings tried beside, and one that it has just given up."""
 
-SEARCH = "tracking.follow.redetection"
-"""The module whose functions are ordered."""
+SEARCHES = ("tracking.follow.redetection", "tracking.follow.rebirth")
+"""The modules whose functions are ordered."""
 
 Order = Callable[[FrameBudget], object]
 """A search; everything that it needs comes with it. A message without parts gives it up."""
@@ -121,7 +121,8 @@ def main() -> None:
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
     # The first search shall not wait for the modules that it needs.
-    import_module(SEARCH)
+    for name in SEARCHES:
+        import_module(name)
     with suppress(BrokenPipeError):
         serve(cast(BufferedIOBase, sys.stdin.buffer), answers)
     # A thread still reads; nothing is left to be put away.

@@ -8,19 +8,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import islice
 
 from scenes.state import TrackState
 from tracking.evidence.evidence import gather, view_of
 from tracking.evidence.observation import observe
 from tracking.follow.belief import CERTAIN_NATS, accounts_for, is_sure
 from tracking.follow.posterior import is_carriable
-from tracking.follow.track import Review, Task, Track
-from tracking.hypotheses.births import Expected, born
-from tracking.hypotheses.budget import Step
+from tracking.follow.track import Review, Task, Track, portable
+from tracking.hypotheses.births import Expected, born, seen_again
+from tracking.hypotheses.budget import FrameBudget, Step
 from tracking.hypotheses.hypothesis import CLEAR_NATS, Hypothesis, is_other
 from tracking.hypotheses.prior import stayed_log_prior
 from tracking.hypotheses.refinement import CLEAR_SHARE
+from tracking.hypotheses.search_runner import BEGUN, IN_FRAMES, Progress, SearchRunner
 from tracking.likelihood.pose_likelihood import pose_support
 from tracking.solve.covariance import uncertainty
 from tracking.solve.motion import Motion
@@ -51,28 +54,100 @@ COASTED_NS = 350_000_000
 """Time in ns over which the way to a new pose says how fast an object moves."""
 
 
-def look_around(tasks: Sequence[Task]) -> dict[str, Track] | None:
-    """Tracks after a look for the object of which most is missing; None where none is due.
+@dataclass(frozen=True, slots=True, eq=False)
+class Look:
+    """A pending look for an object, in the frame in which it began.
+
+    Attributes:
+        task: the object and that frame.
+        progress: how far it is.
+    """
+
+    task: Task
+    progress: Progress = BEGUN
+
+
+def look_around(
+    tasks: Sequence[Task], look: Look | None, *, runner: SearchRunner = IN_FRAMES
+) -> tuple[dict[str, Track], Look | None]:
+    """Tracks of who was looked for in this frame, and the look that is not at its end.
+
+    Where a look takes longer than its frame, what it found is confirmed in the frame in which it
+    ends: who carries the object may have gone on.
 
     Args:
         tasks: of all objects, with their tracks of this frame.
+        look: pending after the last frame; None if there is none.
+        runner: computes it.
     """
+    looked: dict[str, Track] = {}
+    if look is not None and _is_outdated(look, tasks):
+        runner.give_up(look.progress)
+        look = None
+    if look is None:
+        task = _most_missing(tasks)
+        if task is None:
+            return {}, None
+        looked[task.model.object_id] = task.track
+        look = Look(portable(task))
+    work = partial(_found, look.task)
+    progress, found = runner.advance(look.progress, work, budget_ms=math.inf)
+    if found is None:
+        return looked, replace(look, progress=progress)
+    task = _task_of(look, tasks)
+    task = replace(task, track=looked.get(task.model.object_id, task.track))
+    if task.scene is not look.task.scene:
+        found = _confirmed(task, found)
+    return {task.model.object_id: _born(task, found[0]) if found else task.track}, None
+
+
+def _most_missing(tasks: Sequence[Task]) -> Task | None:
+    """Of the looks that are due, where most is missing and nobody looked for longest."""
     due = [task for task in tasks if _is_due(task)]
     if not due:
         return None
     now = due[0].scene.frame.t_ns
-    # Where most is missing, and nobody looked for longest.
     task = max(due, key=lambda task: task.track.usual_nats * (now - task.track.looked_ns))
-    name = task.model.object_id
-    task = replace(task, track=replace(task.track, looked_ns=now))
-    found, _ = task.costs.timed(
-        Step.BIRTH,
-        lambda: born(
-            task.scene, task.model, neighbours=task.neighbours, expected=expected_of(task)
-        ),
+    return replace(task, track=replace(task.track, looked_ns=now))
+
+
+def _task_of(look: Look, tasks: Sequence[Task]) -> Task:
+    return next(task for task in tasks if task.model is look.task.model)
+
+
+def _is_outdated(look: Look, tasks: Sequence[Task]) -> bool:
+    """Whether the camera's pose has changed, or the object rests or is in no doubt again."""
+    task = _task_of(look, tasks)
+    is_resting = task.track.state is TrackState.STATIC
+    is_moved = task.scene.world_from_rig is not look.task.scene.world_from_rig
+    return is_moved or is_resting or (is_believed(task.track) and not _is_doubtful(task))
+
+
+def _found(task: Task, budget: FrameBudget) -> list[Hypothesis]:
+    """The likeliest pose that shows an object clearly better than where it is believed, if any."""
+    return budget.do(Step.BIRTH, _shown, task)
+
+
+def _shown(task: Task) -> list[Hypothesis]:
+    found = born(task.scene, task.model, neighbours=task.neighbours, expected=expected_of(task))
+    return _likelier(task, found)
+
+
+def _confirmed(task: Task, found: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """What was found in an earlier frame, where this one shows it."""
+    again = seen_again(
+        task.scene,
+        task.model,
+        [item.world_from_object for item in found],
+        neighbours=task.neighbours,
+        expected=expected_of(task),
     )
-    shown = [item for item in found if _is_likelier(task, item)]
-    return {name: _born(task, shown[0]) if shown else task.track}
+    return _likelier(task, again)
+
+
+def _likelier(task: Task, found: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """The first pose that shows the object, and clearly better than where it is believed."""
+    return list(islice((item for item in found if _is_likelier(task, item)), 1))
 
 
 def _is_due(task: Task) -> bool:
@@ -80,7 +155,7 @@ def _is_due(task: Task) -> bool:
     if task.is_first or track.usual_nats <= CLEAR_NATS or track.state is TrackState.STATIC:
         return False
     if is_believed(track):
-        is_wanted = now > track.sure_ns
+        is_wanted = _is_doubtful(task)
         since_ns = max(track.looked_ns - track.sure_ns, 0)
     else:
         is_wanted = now - track.known_ns < KNOWN_NS
@@ -88,6 +163,11 @@ def _is_due(task: Task) -> bool:
     wait_ns = max(task.costs.cost_ms(Step.BIRTH) / LOOK_SHARE * 1e6, since_ns)
     # A picture comes a little early or late.
     return is_wanted and now - track.looked_ns >= 0.9 * wait_ns
+
+
+def _is_doubtful(task: Task) -> bool:
+    """Whether an object shows less in this frame than all that it shows."""
+    return task.scene.frame.t_ns > task.track.sure_ns
 
 
 def is_believed(track: Track) -> bool:

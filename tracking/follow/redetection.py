@@ -11,7 +11,7 @@ from tracking.evidence.evidence import gather, view_of
 from tracking.evidence.observation import observe
 from tracking.follow.posterior import HEAVY_HEIGHT_M
 from tracking.follow.rest import rest_of
-from tracking.follow.track import RESTING_FRAMES, SEARCH_PERIOD_NS, Review, Task, Track
+from tracking.follow.track import RESTING_FRAMES, SEARCH_PERIOD_NS, Review, Task, Track, portable
 from tracking.hypotheses.assignment import Assignment, AssignmentCandidates, assign, is_same_spot
 from tracking.hypotheses.budget import FrameBudget
 from tracking.hypotheses.hypothesis import CLEAR_NATS, Hypothesis, distinct, is_other
@@ -104,12 +104,7 @@ def _begin(tasks: Sequence[Task]) -> Search | None:
     due = [task for task in tasks if _is_due(task)]
     if not due:
         return None
-    task = min(due, key=lambda task: task.track.searched_ns)
-    # Of its track a search needs only the place: what else it remembers may not leave the process.
-    track = replace(
-        task.track, rest=None, reduced=None, appearance=None, hypotheses=(), review=None
-    )
-    return Search(replace(task, track=track))
+    return Search(portable(min(due, key=lambda task: task.track.searched_ns)))
 
 
 def _is_outdated(search: Search, tasks: Sequence[Task]) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -253,6 +253,14 @@ def new_track(model: TrackModel) -> Track:
         hypotheses=(),
         review=None,
     )
+
+
+def portable(task: Task) -> Task:
+    """The task without what its track remembers of pictures: what is left can leave the process."""
+    track = replace(
+        task.track, rest=None, reduced=None, appearance=None, hypotheses=(), review=None
+    )
+    return replace(task, track=track)
 
 
 def report(model: TrackModel, track: Track, frame: Frame) -> TrackedObject:

@@ -169,10 +169,30 @@ def born(
         return []
     likely = _likeliest(around, starts)
     poses = [*likely, *set_down(around, likely[0]), *_expected_closely(expected)]
-    found = [_refined(around, pose, neighbours=neighbours) for pose in poses]
-    found.sort(key=lambda item: -item[0].log_odds)
+    found = _all_refined(scene, model, poses, neighbours=neighbours, expected=expected)
     likeliest, window = found[0]
     found[0] = _climbed_closely(around, likeliest, window=window)
+    return distinct(model, judge_in_any_light(scene, model, found))
+
+
+def seen_again(
+    scene: Scene,
+    model: TrackModel,
+    poses: Sequence[Pose],
+    *,
+    neighbours: Sequence[Neighbour],
+    expected: Expected,
+) -> list[Hypothesis]:
+    """Poses that an object had in an earlier picture, refined in this one, the likeliest first.
+
+    Args:
+        scene: the frame.
+        model: the object.
+        poses: `world_from_object`.
+        neighbours: the other tracked objects.
+        expected: where it may be.
+    """
+    found = _all_refined(scene, model, poses, neighbours=neighbours, expected=expected)
     return distinct(model, judge_in_any_light(scene, model, found))
 
 
@@ -190,23 +210,34 @@ def _likeliest(around: Surroundings, starts: Sequence[Pose]) -> list[Pose]:
     return _apart(model, likely, count=len(likely))
 
 
+def _all_refined(
+    scene: Scene,
+    model: TrackModel,
+    poses: Sequence[Pose],
+    *,
+    neighbours: Sequence[Neighbour],
+    expected: Expected,
+) -> list[tuple[Hypothesis, ObjectWindow]]:
+    """Poses refined closely, each with the window that shows it, the likeliest first."""
+    found: list[tuple[Hypothesis, ObjectWindow]] = []
+    for pose in poses:
+        view = _view(scene, model, around=pose, radius_m=model.radius_m, wanted_px=REFINED_PX)
+        evidence = gather(scene, model, view, neighbours)
+        window = ObjectWindow(evidence, observe(scene, evidence, is_looked_for=True))
+        refined = _refined(scene, model, window, world_from_start=pose, expected=expected)
+        found.append((refined, window))
+    return sorted(found, key=lambda item: -item[0].log_odds)
+
+
 def _refined(
-    around: Surroundings, world_from_start: Pose, *, neighbours: Sequence[Neighbour]
-) -> tuple[Hypothesis, ObjectWindow]:
-    """A pose refined closely, and the window that shows it."""
-    scene, model = around.scene, around.model
-    view = _view(
-        scene, model, around=world_from_start, radius_m=model.radius_m, wanted_px=REFINED_PX
-    )
-    evidence = gather(scene, model, view, neighbours)
-    window = ObjectWindow(evidence, observe(scene, evidence, is_looked_for=True))
-    return _refined_in(around, window, world_from_start=world_from_start), window
-
-
-def _refined_in(
-    around: Surroundings, window: ObjectWindow, *, world_from_start: Pose
+    scene: Scene,
+    model: TrackModel,
+    window: ObjectWindow,
+    *,
+    world_from_start: Pose,
+    expected: Expected,
 ) -> Hypothesis:
-    scene, model, expected = around.scene, around.model, around.expected
+    """A pose refined in a window that shows it."""
     is_standing = expected.stands(world_from_start)
     height_sigma = START_SIGMA[2] if is_standing else CARRIED_SIGMA_M
     refined = refine(
@@ -233,7 +264,13 @@ def _climbed_closely(
     highest = climb([start], close.log_odds, rounds=CLOSE_ROUNDS)[0]
     if highest.log_odds < odds + WORTH_NATS:
         return refined, window
-    again = _refined_in(around, window, world_from_start=highest.world_from_object)
+    again = _refined(
+        around.scene,
+        around.model,
+        window,
+        world_from_start=highest.world_from_object,
+        expected=around.expected,
+    )
     return max(refined, again, key=lambda item: item.log_odds), window
 
 

@@ -43,6 +43,7 @@ def make_method(
     stopwatch: Stopwatch = no_stopwatch,
     costs: StepCosts = NOMINAL_COSTS,
     searches: SearchRunner = IN_FRAMES,
+    looks: SearchRunner = IN_FRAMES,
     more: Mapping[str, MethodMaker] = NO_MORE,
 ) -> TrackingMethod[Any]:
     """A tracker for the objects of a scene.
@@ -56,6 +57,7 @@ def make_method(
         stopwatch: for the stage durations.
         costs: of the steps of our tracker's searches; nominal ones make every run the same.
         searches: computes our tracker's searches for lost objects.
+        looks: computes its looks around where objects were known.
         more: trackers beside `METHODS` by name, such as those of plug-ins.
 
     Raises:
@@ -75,6 +77,7 @@ def make_method(
             stopwatch=stopwatch,
             costs=costs,
             searches=searches,
+            looks=looks,
         )
     if name == "paper":
         return PaperTracker(

@@ -30,6 +30,11 @@ class Pacing(Protocol):
         """Computes the searches for lost objects."""
         ...
 
+    @property
+    def looks(self) -> SearchRunner:
+        """Computes the looks around where objects were known."""
+        ...
+
     def begin(self, stamp: FrameStamp | None) -> None:
         """A frame is tracked now.
 
@@ -56,7 +61,9 @@ class InFrames:
 
     def __init__(self, costs: StepCosts = NOMINAL_COSTS) -> None:
         self.costs: StepCosts = costs
-        self.searches: SearchRunner = IN_FRAMES if costs is NOMINAL_COSTS else SearchInFrames(costs)
+        in_frames = IN_FRAMES if costs is NOMINAL_COSTS else SearchInFrames(costs)
+        self.searches: SearchRunner = in_frames
+        self.looks: SearchRunner = in_frames
 
     def begin(self, stamp: FrameStamp | None) -> None:
         """See `Pacing.begin`: nothing is different for a recorded frame."""
@@ -70,44 +77,57 @@ class InFrames:
 
 
 class Live:
-    """Searches for lost objects are computed beside the frames, all else as it was measured."""
+    """Searches and looks are computed beside the frames, all else as it was measured.
+
+    Each in its own process: a look that waited for a search of the whole room would be of no use.
+    """
 
     def __init__(self) -> None:
         self._costs = MeasuredCosts(time.perf_counter_ns)
-        self._searches = SearchBesideFrames()
+        self._searches, self._looks = SearchBesideFrames(), SearchBesideFrames()
         self.costs: StepCosts = self._costs
         self.searches: SearchRunner = self._searches
+        self.looks: SearchRunner = self._looks
 
     def begin(self, stamp: FrameStamp | None) -> None:
         """See `Pacing.begin`; forgets what settings that were tried beside have taken."""
         del stamp
-        self._searches.start()
         self._costs.taken()
-        self._searches.has_ended()
+        for runner in (self._searches, self._looks):
+            runner.start()
+            runner.has_ended()
 
     def stamp(self, frame: Frame) -> FrameStamp | None:
-        """See `Pacing.stamp`: how long steps took, and whether a search ended."""
-        steps_ms, has_ended = self._costs.taken(), self._searches.has_ended()
-        return stamp_of(frame, steps_ms, search_ended=has_ended)
+        """See `Pacing.stamp`: how long steps took, and whether a search or a look ended."""
+        return stamp_of(
+            frame,
+            self._costs.taken(),
+            search_ended=self._searches.has_ended(),
+            look_ended=self._looks.has_ended(),
+        )
 
     def close(self) -> None:
         """See `Pacing.close`: gives up what is computed."""
         self._searches.close()
+        self._looks.close()
 
 
 class AsRecorded:
-    """Searches as they went in a live session."""
+    """Searches and looks as they went in a live session."""
 
     def __init__(self) -> None:
         self._costs = RepeatedCosts()
         self._searches = SearchAsRecorded(self._costs)
+        self._looks = SearchAsRecorded(self._costs)
         self.costs: StepCosts = self._costs
         self.searches: SearchRunner = self._searches
+        self.looks: SearchRunner = self._looks
 
     def begin(self, stamp: FrameStamp | None) -> None:
         """See `Pacing.begin`: the steps of this frame are those of the recorded one."""
         self._costs.give(() if stamp is None else stamp.steps_ms)
         self._searches.give(ends=None if stamp is None else stamp.search_ended)
+        self._looks.give(ends=None if stamp is None else stamp.look_ended)
 
     def stamp(self, frame: Frame) -> FrameStamp | None:
         """See `Pacing.stamp`: the recorded one says it."""
@@ -118,9 +138,13 @@ class AsRecorded:
 
 
 def stamp_of(
-    frame: Frame, steps_ms: tuple[float, ...] = (), *, search_ended: bool | None = None
+    frame: Frame,
+    steps_ms: tuple[float, ...] = (),
+    *,
+    search_ended: bool | None = None,
+    look_ended: bool | None = None,
 ) -> FrameStamp:
-    """A frame's stamp, with how its searches went."""
+    """A frame's stamp, with how its searches and looks went."""
     return FrameStamp(
         frame.stream_id,
         frame.seq,
@@ -129,4 +153,5 @@ def stamp_of(
         frame.world_from_rig,
         steps_ms,
         search_ended,
+        look_ended,
     )

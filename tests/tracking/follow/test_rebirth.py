@@ -1,5 +1,6 @@
 """A look around where an object was known for what its pose does not account for."""
 
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -7,12 +8,14 @@ import pytest
 
 from scenes.pose import Pose
 from scenes.state import TrackState
+from tracking.beside.runner import SearchBesideFrames
 from tracking.follow.belief import MIN_RATE, accounts_for
 from tracking.follow.follow import follow
 from tracking.follow.posterior import WIDEST_CARRIED_M
 from tracking.follow.rebirth import FARTHEST_M, expected_of, look_around
 from tracking.follow.track import Review
-from tracking.hypotheses.budget import Step
+from tracking.hypotheses.budget import FrameBudget, Step
+from tracking.hypotheses.search_runner import BEGUN, Progress
 from tracking.solve.motion import Motion
 
 FRAME_NS = 100_000_000
@@ -39,9 +42,29 @@ def lost_sight_of(table, scene, **remembered):
     return table.task(scene, "book-1", **{**known, **remembered})
 
 
+def looked(tasks):
+    """Tracks of who was looked for in one frame."""
+    tracks, pending = look_around(tasks, None)
+    assert pending is None
+    return tracks
+
+
+class Later:
+    """Computes looks that end in the frame after the one in which they begin."""
+
+    def __init__(self):
+        self.given_up = []
+
+    def advance(self, progress, work, *, budget_ms):
+        return (Progress(number=7), None) if progress is BEGUN else (progress, work(FrameBudget()))
+
+    def give_up(self, progress):
+        self.given_up.append(progress.number)
+
+
 def test_a_book_that_was_taken_up_and_turned_is_found_in_the_next_picture(table, lifted):
     scene, now = lifted
-    track = look_around([lost_sight_of(table, scene)])["book-1"]
+    track = looked([lost_sight_of(table, scene)])["book-1"]
     assert track.state is TrackState.TRACKED
     assert np.linalg.norm(track.world_from_object.translation - now.translation) < 0.05
     assert track.world_from_known is track.world_from_object
@@ -57,7 +80,7 @@ def test_a_pose_that_went_a_little_astray_is_taken_back(table, as_scanned):
     astray = Pose(right.rotation, right.translation + np.array([aside, 0.0, 0.0]))
     scene = replace(as_scanned, frame=replace(as_scanned.frame, seq=1, t_ns=FRAME_NS))
     task = lost_sight_of(table, scene, world_from_object=astray, world_from_known=astray)
-    track = look_around([task])["book-1"]
+    track = looked([task])["book-1"]
     assert track.state is TrackState.TRACKED
     assert np.linalg.norm(track.world_from_object.translation - right.translation) < 0.3 * aside
 
@@ -76,8 +99,8 @@ def test_what_a_pose_accounts_for_is_not_looked_for(table, lifted):
     followed = lost_sight_of(table, scene, state=TrackState.TRACKED, rate=1.0, sure_ns=FRAME_NS)
     resting = lost_sight_of(table, scene, state=TrackState.STATIC)
     never_seen = lost_sight_of(table, scene, usual_nats=1.0)
-    assert look_around([followed, resting, never_seen]) is None
-    assert look_around([replace(followed, track=replace(followed.track, rate=0.1))]) is not None
+    assert looked([followed, resting, never_seen]) == {}
+    assert looked([replace(followed, track=replace(followed.track, rate=0.1))])
 
 
 def doubtful(table, scene, world_from_object, **remembered):
@@ -96,7 +119,7 @@ def doubtful(table, scene, world_from_object, **remembered):
 
 def test_what_was_followed_wrongly_for_long_is_found_where_it_shows(table, lifted):
     scene, now = lifted
-    track = look_around([doubtful(table, scene, table.poses["book-1"])])["book-1"]
+    track = looked([doubtful(table, scene, table.poses["book-1"])])["book-1"]
     assert np.linalg.norm(track.world_from_object.translation - now.translation) < 0.05
     assert track.sure_ns == FRAME_NS
 
@@ -108,20 +131,20 @@ def test_what_is_in_doubt_where_it_is_stays_and_is_looked_for_ever_more_rarely(t
         frame = replace(as_scanned.frame, seq=t_ns // FRAME_NS, t_ns=t_ns)
         return doubtful(table, replace(as_scanned, frame=frame), book, **looked)
 
-    track = look_around([at(FRAME_NS)])["book-1"]
+    track = looked([at(FRAME_NS)])["book-1"]
     assert track.world_from_object is book
     assert track.looked_ns == FRAME_NS
     # Four seconds of doubt at the last look: the next one is as long after it.
     long_ago = {"looked_ns": 40 * FRAME_NS}
-    assert look_around([at(70 * FRAME_NS, **long_ago)]) is None
-    assert look_around([at(80 * FRAME_NS, **long_ago)]) is not None
+    assert looked([at(70 * FRAME_NS, **long_ago)]) == {}
+    assert looked([at(80 * FRAME_NS, **long_ago)])
 
 
 def test_what_rests_is_not_looked_for_in_doubt(table, lifted):
     """A passer-by who covers most of it is no doubt: looked for, a chair went to his legs."""
     scene, _ = lifted
     resting = {"state": TrackState.STATIC, "review": Review(0, 0, 0.0, 0.0), "rate": 0.3}
-    assert look_around([doubtful(table, scene, table.poses["book-1"], **resting)]) is None
+    assert looked([doubtful(table, scene, table.poses["book-1"], **resting)]) == {}
 
 
 @pytest.mark.parametrize(("rate", "is_sure"), [(1.1, True), (0.9, False)])
@@ -134,7 +157,7 @@ def test_what_rests_unchanged_is_as_sure_as_it_was(table, as_scanned, rate, is_s
 def test_what_is_where_it_was_stays_there(table, as_scanned):
     scene = replace(as_scanned, frame=replace(as_scanned.frame, seq=1, t_ns=FRAME_NS))
     task = lost_sight_of(table, scene)
-    track = look_around([task])["book-1"]
+    track = looked([task])["book-1"]
     assert track.world_from_object is task.track.world_from_object
     assert track.looked_ns == FRAME_NS
 
@@ -143,10 +166,10 @@ def test_looks_take_turns_and_wait_longer_the_longer_nothing_is_found(table, lif
     scene, _ = lifted
     cost_ns = lost_sight_of(table, scene).costs.cost_ms(Step.BIRTH) * 1e6
     just_looked = lost_sight_of(table, scene, looked_ns=FRAME_NS - round(cost_ns))
-    assert look_around([just_looked]) is None
+    assert looked([just_looked]) == {}
     long_ago = replace(scene, frame=replace(scene.frame, t_ns=1_500_000_000))
     # Looked for after 1.3 s, it is not looked for again before a quarter of that has gone by.
-    assert look_around([lost_sight_of(table, long_ago, looked_ns=1_300_000_000)]) is None
+    assert looked([lost_sight_of(table, long_ago, looked_ns=1_300_000_000)]) == {}
 
 
 def test_it_may_be_as_far_as_people_carry_things_and_at_any_height(table, lifted):
@@ -177,3 +200,65 @@ def test_a_pose_accounts_for_an_object_by_half_of_what_that_usually_shows(
 ):
     track = table.task(as_scanned, "book-1", usual_rate=usual).track
     assert accounts_for(track, rate) is accounts
+
+
+def next_picture(table, poses):
+    """The frame after `lifted`."""
+    return table.scene(poses, seq=2, t_ns=2 * FRAME_NS)
+
+
+def test_what_a_longer_look_found_is_confirmed_where_it_ends(table, lifted):
+    scene, then = lifted
+    runner = Later()
+    tracks, pending = look_around([lost_sight_of(table, scene)], None, runner=runner)
+    assert tracks["book-1"].looked_ns == FRAME_NS
+    assert tracks["book-1"].state is TrackState.OCCLUDED
+    now = Pose(then.rotation, then.translation + np.array([0.06, 0.0, 0.0]))
+    task = lost_sight_of(table, next_picture(table, {"book-1": now}), looked_ns=FRAME_NS)
+    tracks, pending = look_around([task], pending, runner=runner)
+    assert pending is None
+    track = tracks["book-1"]
+    assert track.state is TrackState.TRACKED
+    assert track.known_ns == 2 * FRAME_NS
+    assert np.linalg.norm(track.world_from_object.translation - now.translation) < 0.03
+
+
+def test_what_has_gone_on_by_the_end_of_a_look_is_not_where_it_was_found(table, lifted):
+    scene, _ = lifted
+    runner = Later()
+    _, pending = look_around([lost_sight_of(table, scene)], None, runner=runner)
+    gone = next_picture(table, {"book-1": Pose(np.eye(3), np.array([0.0, 0.0, -5.0]))})
+    tracks, pending = look_around(
+        [lost_sight_of(table, gone, looked_ns=FRAME_NS)], pending, runner=runner
+    )
+    assert pending is None
+    assert tracks["book-1"].state is TrackState.OCCLUDED
+    assert tracks["book-1"].world_from_object is table.poses["book-1"]
+
+
+def test_a_look_that_is_not_needed_any_more_is_given_up(table, lifted):
+    scene, then = lifted
+    runner = Later()
+    _, pending = look_around([lost_sight_of(table, scene)], None, runner=runner)
+    found = {"state": TrackState.TRACKED, "world_from_object": then, "rate": 1.2}
+    later = next_picture(table, {"book-1": then})
+    task = lost_sight_of(table, later, sure_ns=2 * FRAME_NS, **found)
+    assert look_around([task], pending, runner=runner) == ({}, None)
+    assert runner.given_up == [7]
+
+
+def test_a_look_beside_the_frames_comes_to_the_same_pose_to_the_bit(table, lifted):
+    scene, _ = lifted
+    task = lost_sight_of(table, scene)
+    here = looked([task])["book-1"]
+    runner, pending, until = SearchBesideFrames(), None, time.monotonic() + 120.0
+    try:
+        tracks, pending = look_around([task], pending, runner=runner)
+        while pending is not None and time.monotonic() < until:
+            time.sleep(0.02)
+            tracks, pending = look_around([task], pending, runner=runner)
+    finally:
+        runner.close()
+    there = tracks["book-1"]
+    np.testing.assert_array_equal(there.world_from_object.matrix(), here.world_from_object.matrix())
+    np.testing.assert_array_equal(there.covariance, here.covariance)

@@ -49,6 +49,18 @@ def test_a_live_session_says_its_steps_and_the_frame_in_which_a_search_ended(liv
         time.sleep(0.01)
 
 
+def test_a_live_session_says_the_frame_in_which_a_look_ended(live):
+    live.begin(None)
+    progress, result = BEGUN, None
+    while result is None:
+        live.begin(None)
+        work = partial(doubled, np.ones(2))
+        progress, result = live.looks.advance(progress, work, budget_ms=1.0)
+        stamp = live.stamp(FRAME)
+        assert (stamp.search_ended, stamp.look_ended) == (False, result is not None)
+        time.sleep(0.01)
+
+
 def test_what_settings_took_that_are_tried_beside_is_not_recorded(live):
     live.costs.timed(Step.ALIGN, lambda: None)
     live.begin(None)
@@ -59,10 +71,12 @@ def test_a_recording_is_repeated():
     pacing = AsRecorded()
     work = partial(doubled, np.ones(2))
     for ended in (False, True):
-        pacing.begin(stamp_of(FRAME, (5.0,), search_ended=ended))
+        pacing.begin(stamp_of(FRAME, (5.0,), search_ended=ended, look_ended=not ended))
         assert pacing.costs.timed(Step.ALIGN, lambda: None)[1] == 5.0
         _, result = pacing.searches.advance(BEGUN, work, budget_ms=1.0)
         assert (result is not None) == ended
+        _, result = pacing.looks.advance(BEGUN, work, budget_ms=1.0)
+        assert (result is not None) != ended
     pacing.begin(None)
     assert pacing.stamp(FRAME) is None
     pacing.close()
