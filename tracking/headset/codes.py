@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.prepare.align.codes.anchors import Sighting, april_tags, measure_code, qr_codes
-from scenes.prepare.align.codes.symbols import Symbol
+from scenes.prepare.align.codes.symbols import TAG_PREFIX, Symbol
 
 Floats = NDArray[np.float64]
 
 READ_EVERY = 8
-"""Pictures between two that are read whole while every code in sight is found where it is expected;
-chosen: a code that comes into sight waits for a second, and reading takes 20 ms."""
+"""Pictures between two that are read whole while a code is found where it is expected; chosen: a
+code that comes into sight, or was moved, waits for a second, and reading takes 20 ms."""
 
 MAX_SYMBOLS = 256
 """Codes whose pattern is kept, chosen: a room has some."""
@@ -45,6 +45,8 @@ class CodeReader:
 
     def __init__(self, wanted: frozenset[str]) -> None:
         self._wanted = wanted
+        are_tags = {payload.startswith(TAG_PREFIX) for payload in wanted}
+        self._has_tags, self._has_others = True in are_tags, False in are_tags
         self._symbols: dict[str, Symbol] = {}
         self._since_read = READ_EVERY
 
@@ -63,7 +65,7 @@ class CodeReader:
                 if seen is not None:
                     found[payload] = seen
         self._since_read += 1
-        if self._since_read >= READ_EVERY or not found or expected.keys() - found.keys():
+        if self._since_read >= READ_EVERY or not found:
             self._since_read = 0
             for seen in self._read(grey, found.keys()):
                 found[seen.payload] = seen
@@ -71,7 +73,11 @@ class CodeReader:
 
     def _read(self, grey: NDArray[np.uint8], known: Container[str]) -> list[SeenCode]:
         """Read the picture; return what is wanted and is there once."""
-        candidates = [*qr_codes(grey), *april_tags(grey)]
+        # To look for tags takes three times as long as to read what is printed otherwise.
+        candidates = [
+            *(qr_codes(grey) if self._has_others else ()),
+            *(april_tags(grey) if self._has_tags else ()),
+        ]
         said = [candidate.payload for candidate in candidates]
         found: list[SeenCode] = []
         for candidate in candidates:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -25,6 +27,12 @@ EDGES = tuple(
 
 HEAD_SHARE, HEAD_WIDTH = 0.35, 0.5
 """Of an arrow: the barbs' length of the whole, and the shaft's width of the whole's."""
+
+WHITE: Colour = (1.0, 1.0, 1.0, 1.0)
+"""Of edges that are kept for any colour."""
+
+MAX_BOXES = 256
+"""Boxes whose edges are kept: a room has tens of objects, each in one or two widths."""
 
 MIN_LENGTH_M = 1e-4
 """Length below which a line is none."""
@@ -52,10 +60,19 @@ def outline(
     device_from_base: Pose, box_m: tuple[float, float, float], *, width_m: float, colour: Colour
 ) -> dict[str, Solid]:
     """Return the edges of a box, by name, that stands on the origin of a frame."""
-    corners = device_from_base @ (np.add(CORNERS, (0.0, 0.0, 0.5)) * np.asarray(box_m))
+    return {
+        name: replace(edge, world_from_item=device_from_base @ edge.world_from_item, colour=colour)
+        for name, edge in _outline(box_m, width_m).items()
+    }
+
+
+@lru_cache(maxsize=MAX_BOXES)
+def _outline(box_m: tuple[float, float, float], width_m: float) -> dict[str, Solid]:
+    """Return the edges of a box that stands on the origin: to aim them takes longest."""
+    corners = np.add(CORNERS, (0.0, 0.0, 0.5)) * np.asarray(box_m)
     found: dict[str, Solid] = {}
     for number, (a, b) in enumerate(EDGES):
-        made = rod(corners[a], corners[b], width_m=width_m, colour=colour)
+        made = rod(corners[a], corners[b], width_m=width_m, colour=WHITE)
         if made is not None:
             found[f"edge{number}"] = made
     return found

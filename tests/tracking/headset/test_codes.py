@@ -4,7 +4,8 @@ import cv2
 import numpy as np
 
 from scenes.prepare.align.codes.symbols import qr_symbol
-from tracking.headset.codes import CodeReader
+from tracking.headset import codes
+from tracking.headset.codes import READ_EVERY, CodeReader
 
 SYMBOL = qr_symbol("room:1")
 CORNERS = np.array([[300.0, 120.0], [372.0, 124.0], [368.0, 198.0], [296.0, 192.0]])
@@ -33,6 +34,31 @@ def test_a_wanted_code_is_read_and_measured():
 
 def test_a_code_of_elsewhere_is_left_alone():
     assert CodeReader(frozenset({"room:2"})).find(picture(), {}) == []
+
+
+def test_only_the_kind_of_code_that_is_wanted_is_looked_for(monkeypatch):
+    """To look for tags where there are none took most of a thread."""
+    looked = []
+    for name in ("qr_codes", "april_tags"):
+        monkeypatch.setattr(codes, name, lambda grey, name=name: looked.append(name) or [])
+    CodeReader(frozenset({"room:1"})).find(picture(), {})
+    assert looked == ["qr_codes"]
+    CodeReader(frozenset({"apriltag:36h11:3"})).find(picture(), {})
+    assert looked == ["qr_codes", "april_tags"]
+    CodeReader(frozenset({"room:1", "apriltag:36h11:3"})).find(picture(), {})
+    assert looked == ["qr_codes", "april_tags", "qr_codes", "april_tags"]
+
+
+def test_a_code_that_is_hidden_makes_nobody_read_while_another_is_found(monkeypatch):
+    reader = CodeReader(frozenset({"room:1", "room:2"}))
+    reader.find(picture(), {})
+    read = []
+    monkeypatch.setattr(codes, "qr_codes", lambda grey: read.append(1) or [])
+    for _ in range(READ_EVERY - 1):
+        assert len(reader.find(picture(), {"room:1": CORNERS, "room:2": CORNERS - 200.0})) == 1
+    assert not read
+    reader.find(picture(), {"room:1": CORNERS, "room:2": CORNERS - 200.0})
+    assert read
 
 
 def test_a_known_code_is_found_where_it_is_expected_without_reading():

@@ -174,9 +174,8 @@ class _Fit:
         ones = np.ones_like(value)
         lit = np.stack([ones, xy[:, 0], xy[:, 1]], axis=1)
         shades = np.concatenate([lit * value[:, None], lit], axis=1)
-        flow = self._flow(corners_px, printed[inside])
-        gx, gy = dx.ravel()[inside, None], dy.ravel()[inside, None]
-        motion = -(gx * flow[..., 0] + gy * flow[..., 1])
+        slopes = np.stack([dx.ravel()[inside], dy.ravel()[inside]], axis=1)
+        motion = -_along_corners(slopes, self._printed, corners_px, at=printed[inside])
         shape = np.concatenate(
             [
                 motion,
@@ -233,19 +232,6 @@ class _Fit:
         small = cv2.resize(big, (width, height), interpolation=cv2.INTER_AREA)
         return np.asarray(cv2.GaussianBlur(small, (0, 0), max(blur_px, 0.2)), dtype=np.float32)
 
-    def _flow(self, corners_px: FloatArray, printed: FloatArray) -> FloatArray:
-        """(N, 8, 2): how a printed place moves in the photo with each corner coordinate."""
-        tiny = 1e-3
-        flow = np.empty((len(printed), 8, 2))
-        for k in range(8):
-            there, back = corners_px.copy(), corners_px.copy()
-            there.flat[k] += tiny
-            back.flat[k] -= tiny
-            ahead = _map(_homography(self._printed, there), printed)
-            behind = _map(_homography(self._printed, back), printed)
-            flow[:, k] = (ahead - behind) / (2 * tiny)
-        return flow
-
 
 def _lit(shades: FloatArray, wanted: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """The light that explains the photo best: its coefficients, what is left, and weights."""
@@ -272,13 +258,54 @@ def _slopes(picture: Floats) -> tuple[Floats, Floats]:
     return np.asarray(dx, dtype=np.float32), np.asarray(dy, dtype=np.float32)
 
 
+def _along_corners(
+    slopes: FloatArray, from_xy: FloatArray, to_xy: FloatArray, *, at: FloatArray
+) -> FloatArray:
+    """Change along slopes of where places go when a corner goes elsewhere: of the homography.
+
+    Args:
+        slopes: (N, 2) of the picture at the places.
+        from_xy: (4, 2) corners that go to `to_xy`.
+        to_xy: (4, 2) of the picture.
+        at: (N, 2) the places, as `from_xy`.
+
+    Returns:
+        (N, 8), a column for each coordinate of `to_xy`.
+    """
+    equations = _equations(from_xy, to_xy)
+    homography = _solved(equations, to_xy)
+    # A corner's coordinate on the right side of its equation is a factor on the left, too.
+    by_coordinate = np.linalg.inv(equations) * np.repeat(_scales(homography, from_xy), 2)
+    ones = np.ones((len(at), 1))
+    here = np.hstack([at, ones]) / _scales(homography, at)[:, None]
+    along = (slopes * _map(homography, at)).sum(axis=1)
+    by_entry = np.hstack(
+        [slopes[:, :1] * here, slopes[:, 1:] * here, -along[:, None] * here[:, :2]]
+    )
+    return np.asarray(by_entry @ by_coordinate, dtype=np.float64)
+
+
 def _homography(from_xy: FloatArray, to_xy: FloatArray) -> FloatArray:
     """(3, 3) through four pairs of points; the last entry is 1."""
-    rows = np.zeros((8, 8))
-    for k, ((x, y), (u, v)) in enumerate(zip(from_xy, to_xy, strict=True)):
-        rows[2 * k] = (x, y, 1, 0, 0, 0, -u * x, -u * y)
-        rows[2 * k + 1] = (0, 0, 0, x, y, 1, -v * x, -v * y)
-    return np.append(np.linalg.solve(rows, to_xy.ravel()), 1.0).reshape(3, 3)
+    return _solved(_equations(from_xy, to_xy), to_xy)
+
+
+def _equations(from_xy: FloatArray, to_xy: FloatArray) -> FloatArray:
+    """(8, 8) of the first eight entries of a homography, two for each pair of points."""
+    rows = np.zeros((4, 2, 8))
+    rows[:, 0, 0:2] = rows[:, 1, 3:5] = from_xy
+    rows[:, 0, 2] = rows[:, 1, 5] = 1.0
+    rows[:, :, 6:] = -to_xy[:, :, None] * from_xy[:, None, :]
+    return rows.reshape(8, 8)
+
+
+def _solved(equations: FloatArray, to_xy: FloatArray) -> FloatArray:
+    return np.append(np.linalg.solve(equations, to_xy.ravel()), 1.0).reshape(3, 3)
+
+
+def _scales(homography: FloatArray, xy: FloatArray) -> FloatArray:
+    """(N,) divisors of mapped places."""
+    return np.asarray(xy @ homography[2, :2] + homography[2, 2], dtype=np.float64)
 
 
 def _inverse(homography: FloatArray) -> FloatArray:

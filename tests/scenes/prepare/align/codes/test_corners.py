@@ -1,7 +1,12 @@
 import numpy as np
 import pytest
 
-from scenes.prepare.align.codes.corners import refine_corners
+from scenes.prepare.align.codes.corners import (
+    _along_corners,
+    _homography,
+    _map,
+    refine_corners,
+)
 from scenes.prepare.align.codes.symbols import april_tag, qr_symbol
 from tests.scenes.prepare.align.printed import photo_of, tilted_corners
 
@@ -68,3 +73,21 @@ def test_blur_is_told():
 )
 def test_a_hopeless_start_gives_nothing(start):
     assert refine_corners(np.full((240, 320), 128, np.uint8), CODE, start) is None
+
+
+def test_slopes_say_how_the_picture_changes_as_a_corner_goes():
+    """The derivative of the homography, against differences."""
+    rng = np.random.default_rng(5)
+    printed = np.array([[0.0, 0.0], [21.0, 0.0], [21.0, 21.0], [0.0, 21.0]])
+    corners = tilted_corners(90, 35, rng)
+    at, slopes = rng.uniform(-2, 23, (50, 2)), rng.normal(size=(50, 2))
+    found = _along_corners(slopes, printed, corners, at=at)
+    tiny = 1e-4
+    for k in range(8):
+        step = np.zeros(8)
+        step[k] = tiny
+        ahead, behind = (
+            _map(_homography(printed, corners + sign * step.reshape(4, 2)), at) for sign in (1, -1)
+        )
+        wanted = (slopes * (ahead - behind)).sum(axis=1) / (2 * tiny)
+        np.testing.assert_allclose(found[:, k], wanted, atol=1e-6)
