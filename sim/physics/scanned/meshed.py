@@ -6,6 +6,7 @@ and what the headset alone sees is added, exchanged and taken away by its surfac
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
@@ -42,6 +43,10 @@ MAX_TRIANGLES = 200_000
 """Triangles of one surface, chosen: ten times what a headset sends of one at its finest."""
 
 
+WELDED_M = 1e-4
+"""Distance within which corners are one, metres: far below what a headset measures."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Meshed:
     """A headset's surfaces beside a scan. Begin with `meshed_beside`.
@@ -63,6 +68,11 @@ class Meshed:
         parts = [self.scan[cell]] if cell in self.scan else []
         parts += [pieces[cell] for pieces in self.own.values() if cell in pieces]
         return np.concatenate(parts) if parts else np.zeros((0, 3, 3))
+
+    @property
+    def triangles(self) -> int:
+        """Number of its own pieces."""
+        return sum(len(piece) for cells in self.own.values() for piece in cells.values())
 
     @property
     def cells(self) -> frozenset[Cell]:
@@ -148,12 +158,27 @@ def whole_mesh(known: Meshed, surface: Surface, *, scanned: CollisionMesh) -> Co
 
 
 def _mesh(pieces: Array, surface: Surface) -> CollisionMesh:
-    corners = np.round(surface.grid.to_world(pieces).reshape(-1, 3), 4)
-    vertices, index = np.unique(corners, axis=0, return_inverse=True)
+    corners = surface.grid.to_world(pieces).reshape(-1, 3)
+    vertices, index = _welded(corners)
     faces = index.reshape(-1, 3)
     is_area = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2])
     is_area &= faces[:, 2] != faces[:, 0]
     return CollisionMesh(vertices.astype(np.float32), faces[is_area].astype(np.int32))
+
+
+def _welded(corners: Array) -> tuple[Array, NDArray[np.int64]]:
+    """Return different places to `WELDED_M`, and by corner which of them it is."""
+    steps = np.round(corners / WELDED_M).astype(np.int64)
+    if not len(steps):
+        return corners, np.zeros(0, np.int64)
+    steps -= steps.min(axis=0)
+    spans = steps.max(axis=0) + 1
+    if math.prod(spans.tolist()) <= np.iinfo(np.int64).max:
+        # One number a corner is sorted six times as fast as three: up to rooms of 200 m.
+        steps = np.ravel_multi_index(tuple(steps.T), tuple(spans))
+    axis = 0 if steps.ndim > 1 else None
+    _, first, index = np.unique(steps, axis=axis, return_index=True, return_inverse=True)
+    return WELDED_M * np.round(corners[first] / WELDED_M), index.ravel()
 
 
 def _unknown(

@@ -104,7 +104,6 @@ class Meshing:
         self._status = MeshStatus()
         self._seen: set[str] = set()
         self._twin: Twin | None = None
-        self._hidden = CollisionMesh(np.zeros((0, 3), np.float32), np.zeros((0, 3), np.int32))
         self._movables: dict[str, PhysicalObject] = {}
         self._settled_ns = 0
 
@@ -129,7 +128,10 @@ class Meshing:
     @property
     def hidden(self) -> CollisionMesh:
         """Mesh that the headset alone sees: it hides what is behind it, and is not seen itself."""
-        return self._hidden
+        twin = self._twin
+        if twin is None:
+            return CollisionMesh(np.zeros((0, 3), np.float32), np.zeros((0, 3), np.int32))
+        return hidden_mesh(self._meshed, twin.surface)
 
     def whole(self) -> CollisionMesh | None:
         """Return the scan's mesh with what the headset has added; None without physics."""
@@ -141,7 +143,7 @@ class Meshing:
     def save(self, path: Path) -> bool:
         """Write that mesh as glTF; return whether there was anything to be added."""
         whole = self.whole()
-        if whole is None or not len(self._hidden.faces):
+        if whole is None or not self._meshed.own:
             return False
         write_mesh(path, whole)
         return True
@@ -180,7 +182,6 @@ class Meshing:
             before = twin.object_poses()
             twin.apply(change_of(twin.surface, cells))
             twin.step(2_000_000)
-            self._hidden = hidden_mesh(self._meshed, twin.surface)
             self._changed(hidden_cells(self._meshed, twin.surface, cells=cells))
             self._settled_ns = self._clock.now_ns() + SETTLE_NS
             self._count(before, twin.object_poses())
@@ -193,7 +194,7 @@ class Meshing:
         self._status = MeshStatus(
             len(self._seen),
             len(self._meshed.cells),
-            len(self._hidden.faces),
+            self._meshed.triangles,
             status.changes + (cells > 0),
             status.largest_step_mm,
         )
