@@ -1,4 +1,7 @@
-"""The shared origin while a session runs: codes in the headset's video, on a thread of its own."""
+"""The shared origin while a session runs: codes in the headset's video, on threads of its own.
+
+One takes pictures as they come, for whoever shows them, the other looks for codes in some.
+"""
 
 from __future__ import annotations
 
@@ -14,6 +17,7 @@ from devices.clock import Clock
 from devices.hololens.headset import Subscription
 from devices.hololens.values import PersonalVideoFrame
 from scenes.pose import Pose, rotation_angle
+from scenes.workers.latest import Latest
 from scenes.workers.task import Task
 from studio.live.hololens.timing import Durations
 from tracking.headset.codes import CodeReader
@@ -102,16 +106,20 @@ class Anchoring:
         self._next_ns = 0
         self.picture: PersonalVideoFrame | None = None
         """The newest picture."""
-        self._task = Task("headset origin", self._run)
+        self._task = Task("headset video", self._run)
+        self._looks: Latest[PersonalVideoFrame] | None = None
 
     def start(self) -> None:
         """Begin to look."""
+        self._looks = Latest("headset origin", lambda frame, _stale: self.look(frame))
         self._task.start()
 
     def close(self) -> None:
-        """End the thread."""
+        """End the threads."""
         self._task.cancel()
         self._task.join(2.0 * WAIT_S)
+        if self._looks is not None:
+            self._looks.close(2.0 * WAIT_S)
         self._video.close()
 
     @property
@@ -163,6 +171,8 @@ class Anchoring:
         return 1e3 * float(np.linalg.norm(device_from_world @ middle - before @ middle))
 
     def _run(self, task: Task[None]) -> None:
+        looks = self._looks
+        assert looks is not None, "start first"
         while not task.is_cancelled:
             frame = self._video.take(WAIT_S)
             if frame is None:
@@ -172,7 +182,7 @@ class Anchoring:
             self.picture = frame
             if now_ns >= self._next_ns:
                 self._next_ns = now_ns + round(LOOK_S * 1e9)
-                self.look(frame)
+                looks.ask(frame)
 
     def look(self, frame: PersonalVideoFrame) -> None:
         """Look for codes in one picture."""
