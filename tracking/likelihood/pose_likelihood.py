@@ -19,6 +19,7 @@ surroundings do not predict those.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -57,6 +58,12 @@ SHARED_PX = 9.0
 
 SHARED_M = 0.03
 """Side, m on the object, of the patch that shares one error of its scan: colours, light, shape."""
+
+MIN_SHARED = 16
+"""Poses from which the processors share them: one takes 0.1 to 1 ms, handing over 0.02."""
+
+SHARED_OPTIONS = replace(RENDER_OPTIONS, threads=0)
+"""Of a drawing that they share: the likelihoods are the same to the bit."""
 
 LIKELIHOOD = PoseLikelihood(for_native())
 """Native likelihood; `tests.twins.likelihood.support_of` is its numpy twin."""
@@ -117,7 +124,7 @@ def pose_supports(
     drawing = renderer.drawn_by_kernel(
         [cloud for level in levels for cloud in (level.splats, level.relightable.compass)],
         camera=observation.camera,
-        options=RENDER_OPTIONS,
+        options=RENDER_OPTIONS if len(poses) < MIN_SHARED else SHARED_OPTIONS,
     )
     found = LIKELIHOOD.supports(
         _window(observation),

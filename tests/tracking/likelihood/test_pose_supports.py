@@ -12,7 +12,7 @@ from tracking.evidence.observation import observe
 from tracking.likelihood import pose_likelihood
 from tracking.likelihood.drawn_object import levels_for, radii_at, radius_px
 from tracking.likelihood.pixel_model import EXACTLY, NOT_IN_VIEW, ROUGHLY
-from tracking.likelihood.pose_likelihood import pose_support, pose_supports
+from tracking.likelihood.pose_likelihood import MIN_SHARED, pose_support, pose_supports
 from tracking.model.object_model import RENDER_OPTIONS
 
 ROUNDED = 1e-9
@@ -115,3 +115,17 @@ def test_each_pose_has_its_own_level(table, as_scanned, is_coarse):
     share = 0.5 if is_coarse else 1.0
     assert [levels[index] for index in which] == [model.level_for(share * px) for px in alone]
     assert len(levels) > 1
+
+
+def test_many_poses_are_shared_by_the_processors_to_the_bit(table, as_scanned):
+    observation, model = observed(table, as_scanned, "box-1"), table.models["box-1"]
+    yaws = np.linspace(0.0, 3.0, MIN_SHARED)
+    poses = [Pose.from_yaw(float(yaw), table.poses["box-1"].translation) for yaw in yaws]
+
+    def of(poses):
+        return pose_supports(
+            observation, model, poses=poses, renderer=table.renderer, is_coarse=True
+        )
+
+    half = MIN_SHARED // 2
+    assert of(poses) == [*of(poses[:half]), *of(poses[half:])]
