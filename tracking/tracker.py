@@ -26,7 +26,7 @@ from tracking.evidence.evidence import Neighbour, Scene
 from tracking.follow.first_frame import settle_all
 from tracking.follow.follow import follow
 from tracking.follow.outcome import hold, see_anew
-from tracking.follow.rebirth import Look, look_around
+from tracking.follow.rebirth import look_around
 from tracking.follow.redetection import Search, is_missing, redetect
 from tracking.follow.rest import first_look
 from tracking.follow.track import Task, Track, new_track, report
@@ -69,7 +69,7 @@ class TrackerState:
     schedule: Schedule | None
     t_ns: int
     search: Search | None = None
-    look: Look | None = None
+    look: Search | None = None
     layers: Mapping[LayerKey, Drawn] = field(default_factory=lambda: MappingProxyType({}))
     options: TrackerOptions = field(default_factory=TrackerOptions)
 
@@ -243,7 +243,7 @@ class Tracker:
         tracks: dict[str, Track],
         *,
         is_time_left: bool,
-    ) -> tuple[dict[str, Track], Search | None, Look | None]:
+    ) -> tuple[dict[str, Track], Search | None, Search | None]:
         """Tracks, the pending search and the pending look after what is missing was looked for."""
         search, look = state.search, state.look
         if not state.options.recover or not self._models:

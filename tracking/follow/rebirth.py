@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from itertools import islice
 
@@ -17,13 +17,14 @@ from tracking.evidence.evidence import gather, view_of
 from tracking.evidence.observation import observe
 from tracking.follow.belief import CERTAIN_NATS, accounts_for, is_sure
 from tracking.follow.posterior import is_carriable
+from tracking.follow.redetection import Search
 from tracking.follow.track import Review, Task, Track, portable
 from tracking.hypotheses.births import Expected, born, seen_again
 from tracking.hypotheses.budget import FrameBudget, Step
 from tracking.hypotheses.hypothesis import CLEAR_NATS, Hypothesis, is_other
 from tracking.hypotheses.prior import stayed_log_prior
 from tracking.hypotheses.refinement import CLEAR_SHARE
-from tracking.hypotheses.search_runner import BEGUN, IN_FRAMES, Progress, SearchRunner
+from tracking.hypotheses.search_runner import IN_FRAMES, SearchRunner
 from tracking.likelihood.pose_likelihood import pose_support
 from tracking.solve.covariance import uncertainty
 from tracking.solve.motion import Motion
@@ -54,22 +55,9 @@ COASTED_NS = 350_000_000
 """Time in ns over which the way to a new pose says how fast an object moves."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Look:
-    """A pending look for an object, in the frame in which it began.
-
-    Attributes:
-        task: the object and that frame.
-        progress: how far it is.
-    """
-
-    task: Task
-    progress: Progress = BEGUN
-
-
 def look_around(
-    tasks: Sequence[Task], look: Look | None, *, runner: SearchRunner = IN_FRAMES
-) -> tuple[dict[str, Track], Look | None]:
+    tasks: Sequence[Task], look: Search | None, *, runner: SearchRunner = IN_FRAMES
+) -> tuple[dict[str, Track], Search | None]:
     """Tracks of who was looked for in this frame, and the look that is not at its end.
 
     Where a look takes longer than its frame, what it found is confirmed in the frame in which it
@@ -89,7 +77,7 @@ def look_around(
         if task is None:
             return {}, None
         looked[task.model.object_id] = task.track
-        look = Look(portable(task))
+        look = Search(portable(task))
     work = partial(_found, look.task)
     progress, found = runner.advance(look.progress, work, budget_ms=math.inf)
     if found is None:
@@ -111,11 +99,11 @@ def _most_missing(tasks: Sequence[Task]) -> Task | None:
     return replace(task, track=replace(task.track, looked_ns=now))
 
 
-def _task_of(look: Look, tasks: Sequence[Task]) -> Task:
+def _task_of(look: Search, tasks: Sequence[Task]) -> Task:
     return next(task for task in tasks if task.model is look.task.model)
 
 
-def _is_outdated(look: Look, tasks: Sequence[Task]) -> bool:
+def _is_outdated(look: Search, tasks: Sequence[Task]) -> bool:
     """Whether the camera's pose has changed, or the object rests or is in no doubt again."""
     task = _task_of(look, tasks)
     is_resting = task.track.state is TrackState.STATIC

@@ -38,7 +38,7 @@ FOUND = 0.5
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Search:
-    """A pending search for one object, in the frame in which it began.
+    """A pending search for one object, or a look for it, in the frame in which it began.
 
     Attributes:
         task: the object and that frame.

@@ -174,7 +174,7 @@ class _Fit:
         ones = np.ones_like(value)
         lit = np.stack([ones, xy[:, 0], xy[:, 1]], axis=1)
         shades = np.concatenate([lit * value[:, None], lit], axis=1)
-        slopes = np.stack([dx.ravel()[inside], dy.ravel()[inside]], axis=1)
+        slopes = np.stack([dx.ravel()[inside], dy.ravel()[inside]], axis=1).astype(np.float64)
         motion = -_along_corners(slopes, self._printed, corners_px, at=printed[inside])
         shape = np.concatenate(
             [
