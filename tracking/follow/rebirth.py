@@ -122,11 +122,11 @@ def _shown(task: Task) -> list[Hypothesis]:
 
 
 def _confirmed(task: Task, found: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """What was found in an earlier frame, where this one shows it."""
+    """The poses that were found in an earlier frame and are shown by this one, too."""
     again = seen_again(
         task.scene,
         task.model,
-        [item.world_from_object for item in found],
+        poses=[item.world_from_object for item in found],
         neighbours=task.neighbours,
         expected=expected_of(task),
     )

@@ -169,7 +169,7 @@ def born(
         return []
     likely = _likeliest(around, starts)
     poses = [*likely, *set_down(around, likely[0]), *_expected_closely(expected)]
-    found = _all_refined(scene, model, poses, neighbours=neighbours, expected=expected)
+    found = _all_refined(scene, model, poses=poses, neighbours=neighbours, expected=expected)
     likeliest, window = found[0]
     found[0] = _climbed_closely(around, likeliest, window=window)
     return distinct(model, judge_in_any_light(scene, model, found))
@@ -178,8 +178,8 @@ def born(
 def seen_again(
     scene: Scene,
     model: TrackModel,
-    poses: Sequence[Pose],
     *,
+    poses: Sequence[Pose],
     neighbours: Sequence[Neighbour],
     expected: Expected,
 ) -> list[Hypothesis]:
@@ -192,7 +192,7 @@ def seen_again(
         neighbours: the other tracked objects.
         expected: where it may be.
     """
-    found = _all_refined(scene, model, poses, neighbours=neighbours, expected=expected)
+    found = _all_refined(scene, model, poses=poses, neighbours=neighbours, expected=expected)
     return distinct(model, judge_in_any_light(scene, model, found))
 
 
@@ -213,8 +213,8 @@ def _likeliest(around: Surroundings, starts: Sequence[Pose]) -> list[Pose]:
 def _all_refined(
     scene: Scene,
     model: TrackModel,
-    poses: Sequence[Pose],
     *,
+    poses: Sequence[Pose],
     neighbours: Sequence[Neighbour],
     expected: Expected,
 ) -> list[tuple[Hypothesis, ObjectWindow]]:
@@ -224,7 +224,7 @@ def _all_refined(
         view = _view(scene, model, around=pose, radius_m=model.radius_m, wanted_px=REFINED_PX)
         evidence = gather(scene, model, view, neighbours)
         window = ObjectWindow(evidence, observe(scene, evidence, is_looked_for=True))
-        refined = _refined(scene, model, window, world_from_start=pose, expected=expected)
+        refined = _refined(scene, model, window=window, world_from_start=pose, expected=expected)
         found.append((refined, window))
     return sorted(found, key=lambda item: -item[0].log_odds)
 
@@ -232,8 +232,8 @@ def _all_refined(
 def _refined(
     scene: Scene,
     model: TrackModel,
-    window: ObjectWindow,
     *,
+    window: ObjectWindow,
     world_from_start: Pose,
     expected: Expected,
 ) -> Hypothesis:
@@ -267,7 +267,7 @@ def _climbed_closely(
     again = _refined(
         around.scene,
         around.model,
-        window,
+        window=window,
         world_from_start=highest.world_from_object,
         expected=around.expected,
     )

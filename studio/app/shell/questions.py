@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import QFileDialog, QMessageBox, QWidget
 
 from studio.app.model.runs.leaving import Answer
@@ -33,7 +33,10 @@ def ask_unsaved(window: QWidget, name: str, answered: Callable[[Answer], None]) 
     box.setWindowModality(Qt.WindowModality.WindowModal)
 
     def done(_result: int) -> None:
-        answered(ANSWERS.get(box.standardButton(box.clickedButton()), Answer.CANCEL))
+        answer = ANSWERS.get(box.standardButton(box.clickedButton()), Answer.CANCEL)
+        # What follows may ask for a file, in a loop of its own: the box is deleted in that, and the
+        # click that closed it must have ended by then.
+        QTimer.singleShot(0, window, lambda: answered(answer))
 
     box.finished.connect(done)
     box.open()

@@ -175,7 +175,7 @@ class _Fit:
         lit = np.stack([ones, xy[:, 0], xy[:, 1]], axis=1)
         shades = np.concatenate([lit * value[:, None], lit], axis=1)
         slopes = np.stack([dx.ravel()[inside], dy.ravel()[inside]], axis=1).astype(np.float64)
-        motion = -_along_corners(slopes, self._printed, corners_px, at=printed[inside])
+        motion = -_along_corners(slopes, printed[inside], from_xy=self._printed, to_xy=corners_px)
         shape = np.concatenate(
             [
                 motion,
@@ -259,15 +259,15 @@ def _slopes(picture: Floats) -> tuple[Floats, Floats]:
 
 
 def _along_corners(
-    slopes: FloatArray, from_xy: FloatArray, to_xy: FloatArray, *, at: FloatArray
+    slopes: FloatArray, at: FloatArray, *, from_xy: FloatArray, to_xy: FloatArray
 ) -> FloatArray:
     """Change along slopes of where places go when a corner goes elsewhere: of the homography.
 
     Args:
         slopes: (N, 2) of the picture at the places.
+        at: (N, 2) the places, as `from_xy`.
         from_xy: (4, 2) corners that go to `to_xy`.
         to_xy: (4, 2) of the picture.
-        at: (N, 2) the places, as `from_xy`.
 
     Returns:
         (N, 8), a column for each coordinate of `to_xy`.

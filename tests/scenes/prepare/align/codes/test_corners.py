@@ -81,7 +81,7 @@ def test_slopes_say_how_the_picture_changes_as_a_corner_goes():
     printed = np.array([[0.0, 0.0], [21.0, 0.0], [21.0, 21.0], [0.0, 21.0]])
     corners = tilted_corners(90, 35, rng)
     at, slopes = rng.uniform(-2, 23, (50, 2)), rng.normal(size=(50, 2))
-    found = _along_corners(slopes, printed, corners, at=at)
+    found = _along_corners(slopes, at, from_xy=printed, to_xy=corners)
     tiny = 1e-4
     for k in range(8):
         step = np.zeros(8)
