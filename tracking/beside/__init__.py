@@ -1,4 +1,4 @@
-"""Computing a long search in a process beside the frames.
+"""Computing long searches and looks in processes beside the frames.
 
 `runner.py` (orders them, takes results), `process.py` (computes them), `messages.py` (between the
 two).

@@ -1,4 +1,4 @@
-"""Runners of long searches: in the frames, beside them, or as was recorded.
+"""Runners of long searches and looks: in the frames, beside them, or as was recorded.
 
 A search is a pure function of the frame in which it began, so that these differ only in the frame
 in which its result is there. In the frames it takes a share of each, and a session may repeat; a

@@ -1,4 +1,4 @@
-"""Pace of the tracker's searches in a session, and its record."""
+"""Pace of the tracker's searches and looks in a session, and its record."""
 
 from __future__ import annotations
 
