@@ -104,11 +104,13 @@ def _task_of(look: Search, tasks: Sequence[Task]) -> Task:
 
 
 def _is_outdated(look: Search, tasks: Sequence[Task]) -> bool:
-    """Whether the camera's pose has changed, or the object rests or is in no doubt again."""
+    """Whether the object rests or is in no doubt again.
+
+    A camera that has moved since ends no look: what is found is judged again where it stands now.
+    """
     task = _task_of(look, tasks)
     is_resting = task.track.state is TrackState.STATIC
-    is_moved = task.scene.world_from_rig is not look.task.scene.world_from_rig
-    return is_moved or is_resting or (is_believed(task.track) and not _is_doubtful(task))
+    return is_resting or (is_believed(task.track) and not _is_doubtful(task))
 
 
 def _found(task: Task, budget: FrameBudget) -> list[Hypothesis]:

@@ -223,6 +223,19 @@ def test_what_a_longer_look_found_is_confirmed_where_it_ends(table, lifted):
     assert np.linalg.norm(track.world_from_object.translation - now.translation) < 0.03
 
 
+def test_a_camera_that_has_moved_since_ends_no_look(table, lifted):
+    """With a headset on its pose is refined in most pictures: no look ever came to its end."""
+    scene, then = lifted
+    runner = Later()
+    _, pending = look_around([lost_sight_of(table, scene)], None, runner=runner)
+    later = next_picture(table, {"book-1": then})
+    again = Pose(later.world_from_rig.rotation.copy(), later.world_from_rig.translation.copy())
+    task = lost_sight_of(table, replace(later, world_from_rig=again), looked_ns=FRAME_NS)
+    tracks, pending = look_around([task], pending, runner=runner)
+    assert (pending, runner.given_up) == (None, [])
+    assert tracks["book-1"].state is TrackState.TRACKED
+
+
 def test_what_has_gone_on_by_the_end_of_a_look_is_not_where_it_was_found(table, lifted):
     scene, _ = lifted
     runner = Later()
