@@ -148,6 +148,25 @@ def test_a_bumped_camera_moves_no_object(scene, picture, begun, degrees, metres)
     assert said == [[CameraMoment.BUMPED, CameraMoment.FOUND], [], []]
 
 
+def test_what_was_moved_while_the_camera_was_is_not_believed_at_its_old_place(
+    scene, picture, begun
+):
+    room = scene[0]
+    bumped = marker_off(room.world_from_rig, 0.6, 0.004)
+    tracker, state, _ = begun
+    now = {
+        "chair-1": moved(room.objects[0].world_from_object, -0.5, 0.3, 40.0),
+        "book-1": moved(room.objects[1].world_from_object, 0.25, 0.1, 30.0),
+    }
+    for seq in range(1, 9):
+        state, output = tracker.step(state, picture(now, seq=seq, camera=bumped), seq * FRAME_NS)
+        if seq == 1:
+            assert output.notices
+            assert TrackState.STATIC not in {track.state for track in output.objects}
+    for name, track in by_id(output).items():
+        assert pose_error(track.world_from_object, now[name]).world_cm < 3.5, name
+
+
 def test_a_covered_camera_holds_what_it_saw_and_says_that_it_is_lost(picture, begun):
     tracker, state, first = begun
     seen = picture({})

@@ -219,7 +219,9 @@ def _at_rest(task: Task, evidence: Evidence, belief: Belief, *, unchanged: bool)
                 return accept(task, evidence, turned, rests=False, unchanged=False)
     before = belief.before
     is_seen = accounts_for(task.track, before.nats_a_sample) or not is_hidden
-    if not unchanged and (before.nats < CLEAR_NATS or not is_seen):
+    # Once the camera has moved no patches say that nothing changed: that is only likely.
+    has_gone = task.track.rest is None and before.nats < -CLEAR_NATS
+    if has_gone or not (unchanged or (before.nats >= CLEAR_NATS and is_seen)):
         return miss(task, belief)
     if _has_moved(task, belief.fit, unchanged=unchanged):
         belief = at_pose(task, evidence, belief, task.track.world_from_object)

@@ -108,12 +108,11 @@ def _begin(tasks: Sequence[Task]) -> Search | None:
 
 
 def _is_outdated(search: Search, tasks: Sequence[Task]) -> bool:
-    """Whether the object is no longer lost, or the camera's pose has changed since."""
-    begun = search.task
-    return not any(
-        task.model is begun.model and task.scene.world_from_rig is begun.scene.world_from_rig
-        for task in tasks
-    )
+    """Whether the object is no longer lost.
+
+    A camera that has moved since ends no search: its places are the world's.
+    """
+    return not any(task.model is search.task.model for task in tasks)
 
 
 def _assign(tasks: Sequence[Task], fresh: Mapping[str, Sequence[Hypothesis]]) -> dict[str, Track]:
