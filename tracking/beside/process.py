@@ -30,7 +30,7 @@ from tracking.beside.messages import (
 )
 from tracking.hypotheses.budget import BudgetExhausted, FrameBudget
 
-NICENESS = 10
+NICENESS = 5
 """How much less urgent than the session it is: on two busy cores a tenth of the tracker's share
 (the kernel's weights are 110 to 1024), and all that is left over."""
 
