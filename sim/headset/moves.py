@@ -164,23 +164,37 @@ def _radii() -> Array:
 
 def _hand_in_wrist(side: float, bend: float) -> Array:
     """Return (25, 3) joints: x right, y down, z along the fingers; thumbs are inside."""
+    fingers, bends, across, along, lengths = _bones()
+    down = bend * bends
+    steps = np.stack([-side * across, np.sin(down), along * np.cos(down)], axis=1)
+    steps *= (lengths / np.linalg.norm(steps, axis=1))[:, None]
     joints = np.zeros((JOINTS, 3))
-    at = 1
-    for finger, ((across, ahead), lengths) in enumerate(
-        zip(FINGER_BASES_M, SEGMENTS_M, strict=True)
-    ):
-        apart = THUMB_RAD if finger == 0 else 0.0
-        place = np.array([side * across, 0.004, ahead])
-        joints[at] = place
-        for number, length in enumerate(lengths):
-            down = bend * number * (0.4 if finger == 0 else 1.0)
-            direction = np.array(
-                [-side * math.sin(apart), math.sin(down), math.cos(apart) * math.cos(down)]
-            )
-            place = place + length * direction / float(np.linalg.norm(direction))
-            joints[at + 1 + number] = place
-        at += 1 + len(lengths)
+    for first, last, (base_x, base_z) in fingers:
+        joints[first] = side * base_x, 0.004, base_z
+        joints[first + 1 : last] = joints[first] + np.cumsum(steps[first : last - 1], axis=0)
     return joints
+
+
+@cache
+def _bones() -> tuple[list[tuple[int, int, tuple[float, float]]], Array, Array, Array, Array]:
+    """Return each finger's joints and begin, and by joint what follows it.
+
+    Of the part from a joint to the next: its bends, how much of it goes across and along the hand,
+    and its length; 1 for joints that nothing follows.
+    """
+    fingers: list[tuple[int, int, tuple[float, float]]] = []
+    bends, lengths = np.zeros(JOINTS), np.ones(JOINTS)
+    across, along = np.zeros(JOINTS), np.ones(JOINTS)
+    at = 1
+    for finger, (base, parts) in enumerate(zip(FINGER_BASES_M, SEGMENTS_M, strict=True)):
+        here = slice(at, at + len(parts))
+        bends[here] = np.arange(len(parts)) * (0.4 if finger == 0 else 1.0)
+        lengths[here] = parts
+        apart = THUMB_RAD if finger == 0 else 0.0
+        across[here], along[here] = math.sin(apart), math.cos(apart)
+        fingers.append((at, at + len(parts) + 1, base))
+        at += len(parts) + 1
+    return fingers, bends, across, along, lengths
 
 
 def _level(direction: Array) -> Array:

@@ -1,4 +1,4 @@
-"""Draws beside this process: drawing holds the interpreter, and hands shall not wait for it."""
+"""Draws and codes beside this process: both hold the interpreter, and hands shall not wait."""
 
 from __future__ import annotations
 
@@ -10,7 +10,9 @@ from contextlib import suppress
 import numpy as np
 from numpy.typing import NDArray
 
+from devices.hololens.wire.personal_video import VideoRequest
 from scenes.workers.child_process import ChildProcess, module_command, module_environment
+from sim.hololens.drawing.process import SIZE
 from sim.hololens.drawing.scenery import DrawnScene, Shot
 
 LEAVING_S = 3.0
@@ -42,8 +44,16 @@ class Drawer:
         )
         self._tell(scene)
 
+    def code(self, request: VideoRequest | None) -> None:
+        """Have pictures coded from now on, the first as a keyframe, or not; `take` gives them.
+
+        Raises:
+            DrawingError: the process has died.
+        """
+        self._tell(request)
+
     def order(self, shot: Shot) -> None:
-        """Have a picture drawn; `picture` gives it.
+        """Have a picture drawn; `picture` gives it, or `take` where it is coded.
 
         Raises:
             DrawingError: the process has died.
@@ -57,16 +67,18 @@ class Drawer:
         Raises:
             DrawingError: the process has died.
         """
-        width, height = self._ordered.popleft()
-        picture = np.empty((height, width, 3), np.uint8)
-        view = picture.data.cast("B")
-        have = 0
-        while have < len(view):
-            count = self._process.stdout.readinto(view[have:])
-            if not count:
-                raise self._died()
-            have += count
-        return picture
+        width, height = self._ordered[0]
+        return np.frombuffer(self.take(), np.uint8).reshape(height, width, 3)
+
+    def take(self) -> bytes:
+        """Wait for the picture that was ordered first; return its bytes.
+
+        Raises:
+            DrawingError: the process has died.
+        """
+        self._ordered.popleft()
+        (size,) = SIZE.unpack(self._read(SIZE.size))
+        return bytes(self._read(size))
 
     def close(self) -> None:
         """End the process."""
@@ -77,7 +89,17 @@ class Drawer:
             self._process.wait(LEAVING_S)
         self._process.stdout.close()
 
-    def _tell(self, value: DrawnScene | Shot) -> None:
+    def _read(self, size: int) -> bytearray:
+        data = bytearray(size)
+        view, have = memoryview(data), 0
+        while have < size:
+            count = self._process.stdout.readinto(view[have:])
+            if not count:
+                raise self._died()
+            have += count
+        return data
+
+    def _tell(self, value: DrawnScene | VideoRequest | Shot | None) -> None:
         try:
             pickle.dump(value, self._process.stdin, protocol=5)
             self._process.stdin.flush()

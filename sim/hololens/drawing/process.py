@@ -1,4 +1,4 @@
-"""The process that draws: is told a scene, then a picture at a time, and writes its pixels.
+"""The process that draws and codes: takes a scene, then a picture at a time, and writes its bytes.
 
 What arrives on standard input comes from this program on this machine; nothing from elsewhere is
 ever unpickled. It ends at the end of its standard input.
@@ -7,13 +7,21 @@ ever unpickled. It ends at the end of its standard input.
 from __future__ import annotations
 
 import pickle
+import struct
 import sys
 from io import BufferedIOBase
 
 import numpy as np
+from numpy.typing import NDArray
 
+from devices.hololens.wire.personal_video import VideoRequest
 from scenes.workers.pipes import widen
+from sim.hololens.drawing.encoder import Encoder, encoder_for
 from sim.hololens.drawing.scenery import DrawnScene, Painter, Shot
+from sim.hololens.drawing.time_code import burn
+
+SIZE = struct.Struct("<I")
+"""Before a picture: its bytes."""
 
 
 def serve(orders: BufferedIOBase, pictures: BufferedIOBase) -> None:
@@ -21,27 +29,54 @@ def serve(orders: BufferedIOBase, pictures: BufferedIOBase) -> None:
     scene = pickle.load(orders)
     if not isinstance(scene, DrawnScene):
         raise TypeError(f"drawing: {type(scene).__name__}, wanted a scene first")
-    painter: Painter | None = None
-    size = (0, 0)
+    encoder: Encoder | None = None
+    easel = _Easel(scene)
     try:
         while True:
             try:
-                shot = pickle.load(orders)
+                order = pickle.load(orders)
             except EOFError:
                 return
-            if not isinstance(shot, Shot):
-                raise TypeError(f"drawing: {type(shot).__name__}, wanted a shot")
-            wanted = shot.camera.width_px, shot.camera.height_px
-            if painter is None or size != wanted:
-                if painter is not None:
-                    painter.close()
-                painter, size = Painter(scene, wanted[0], height_px=wanted[1]), wanted
-            picture = painter.draw(shot.camera, shot.room_from_camera, poses=shot.poses)
-            pictures.write(np.ascontiguousarray(picture).data)
+            if order is None or isinstance(order, VideoRequest):
+                encoder = None if order is None else encoder_for(order)
+                continue
+            if not isinstance(order, Shot):
+                raise TypeError(f"drawing: {type(order).__name__}, wanted a shot")
+            picture = easel.draw(order)
+            data = picture.data if encoder is None else encoder.encode(picture)
+            pictures.write(SIZE.pack(memoryview(data).nbytes))
+            pictures.write(data)
             pictures.flush()
     finally:
-        if painter is not None:
-            painter.close()
+        easel.close()
+
+
+class _Easel:
+    """A painter of the size that is wanted."""
+
+    def __init__(self, scene: DrawnScene) -> None:
+        self._scene = scene
+        self._painter: Painter | None = None
+        self._size = (0, 0)
+
+    def draw(self, shot: Shot) -> NDArray[np.uint8]:
+        """Return a picture, (H, W, 3) uint8 RGB, with its time where one is to be burnt in."""
+        wanted = shot.camera.width_px, shot.camera.height_px
+        if self._painter is None or self._size != wanted:
+            self.close()
+            self._painter = Painter(self._scene, wanted[0], height_px=wanted[1])
+            self._size = wanted
+        drawn = self._painter.draw(shot.camera, shot.room_from_camera, poses=shot.poses)
+        picture = np.ascontiguousarray(drawn)
+        if shot.burnt_us is not None:
+            burn(picture, shot.burnt_us)
+        return picture
+
+    def close(self) -> None:
+        """Free what it holds on the graphics device."""
+        if self._painter is not None:
+            self._painter.close()
+            self._painter = None
 
 
 if __name__ == "__main__":

@@ -130,11 +130,13 @@ class Shot:
         camera: with the picture's size.
         room_from_camera: where it is, OpenCV axes.
         poses: where everything that moves is, in the room.
+        burnt_us: time to be burnt into it, microseconds; None for none.
     """
 
     camera: Pinhole
     room_from_camera: Pose
     poses: Mapping[str, Pose]
+    burnt_us: int | None = None
 
 
 class Painter:

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import logging
+from collections import deque
 from contextlib import suppress
 from dataclasses import dataclass, replace
-
-import numpy as np
-from numpy.typing import NDArray
 
 from devices.hololens.wire.packets import Packet, encode_packet
 from devices.hololens.wire.personal_video import (
@@ -24,9 +22,7 @@ from devices.hololens.wire.video_formats import encode_calibration
 from scenes.cameras import Pinhole
 from sim.hololens.axes import NOT_LOCATED, camera_rows
 from sim.hololens.drawing.drawer import Drawer, DrawingError
-from sim.hololens.drawing.encoder import encoder_for
 from sim.hololens.drawing.scenery import Scenery, Shot
-from sim.hololens.drawing.time_code import burn
 from sim.hololens.faults import HoloLensFaultKind
 from sim.hololens.ports.camera import calibration_of, lens_at, trailer_of
 from sim.hololens.ports.serving import Guest, HeadsetPort
@@ -40,6 +36,10 @@ STARTS_NS = 300_000_000
 SHARED_FORM = (1504, 846, 30)
 """Width, height and rate of a camera that another app on the headset has chosen: in shared mode a
 client's own wishes do not count, and it reads the size from each picture's trailer."""
+
+AHEAD = 4
+"""Pictures that are made before their time, so that one of 0.1 s delays none. The head's place then
+is known; what moves is drawn where it is once a picture is ordered."""
 
 HANG_UP_S = 2.0
 """Longest wait for a client that has said all it can say."""
@@ -62,7 +62,7 @@ class _Ordered:
 class VideoPort:
     """Personal video.
 
-    A picture is drawn before its time, as fast as that goes, and coded and sent at its time.
+    A picture is drawn and coded before its time, as fast as that goes, and sent at its time.
 
     Args:
         place: host and port.
@@ -139,29 +139,34 @@ class VideoPort:
         world = self._world
         began_ns = world.camera_on_ns or world.clock.now_ns() + STARTS_NS
         world.camera_on_ns = began_ns
-        encoder = encoder_for(request)
         period_ns = round(1e9 / request.fps) * max(1, request.divisor)
-        # The first picture of a size takes long to draw; later ones have their time.
+        # The first picture of a size takes long to draw, and is for nobody.
+        drawer = self._begin_drawing()
+        drawer.code(None)
         self._order(request, world.clock.now_ns())
-        self._picture()
-        due_ns = max(world.clock.now_ns(), began_ns) + period_ns
-        ordered = self._order(request, due_ns)
+        self._take()
+        drawer.code(request)
+        due_ns, late_ns = max(world.clock.now_ns(), began_ns), 0
+        ordered: deque[_Ordered] = deque()
         while world.camera_is_on():
-            picture, shown = self._picture(), ordered
-            due_ns = ordered.t_ns
-            late = max(0, world.clock.now_ns() - due_ns) // period_ns
-            ordered = self._order(request, due_ns + period_ns * (1 + late))
-            world.clock.sleep_until(due_ns)
-            if self._has_time_code:
-                burn(picture, world.glass_ns() // 1000)
-            self._send(guest, shown, unit=encoder.encode(picture), has_pose=request.has_pose)
+            while len(ordered) < AHEAD:
+                # Where drawing is late, pictures are left out.
+                least_ns = world.clock.now_ns() + (AHEAD - 1) * period_ns + late_ns
+                due_ns += period_ns * max(1, -((due_ns - least_ns) // period_ns))
+                ordered.append(self._order(request, due_ns))
+            unit, shown = self._take(), ordered.popleft()
+            late_ns = max(0, world.clock.now_ns() - shown.t_ns)
+            world.clock.sleep_until(shown.t_ns)
+            self._send(guest, shown, unit=unit, has_pose=request.has_pose)
 
     def _order(self, request: VideoRequest, t_ns: int) -> _Ordered:
         """Have a picture drawn as it will be then."""
-        t_s = self._world.seconds(t_ns)
+        world, t_s = self._world, self._world.seconds(t_ns)
         lens = lens_at(t_s, request.width_px, height_px=request.height_px)
-        camera = self._world.room_from_camera(t_s)
-        self._begin_drawing().order(Shot(lens, camera, self._scenery.poses()))
+        until_ns = t_ns - world.clock.now_ns()
+        burnt_us = (world.glass_ns() + until_ns) // 1000 if self._has_time_code else None
+        shot = Shot(lens, world.room_from_camera(t_s), self._scenery.poses(), burnt_us)
+        self._begin_drawing().order(shot)
         self._waiting += 1
         return _Ordered(t_ns, lens)
 
@@ -171,17 +176,17 @@ class VideoPort:
             self._drawer = Drawer(self._scenery.drawn)
         return self._drawer
 
-    def _picture(self) -> NDArray[np.uint8]:
-        """Wait for the picture that was ordered first."""
+    def _take(self) -> bytes:
+        """Wait for the picture that was ordered first, coded."""
         assert self._drawer is not None, "no picture was ordered"
         self._waiting -= 1
-        return self._drawer.picture()
+        return self._drawer.take()
 
     def _finish_drawing(self) -> None:
         """Let what is being drawn for a client that has left be drawn, for nobody."""
         while self._waiting and self._drawer is not None:
             with suppress(DrawingError):
-                self._picture()
+                self._take()
 
     def _end_drawing(self) -> None:
         drawer, self._drawer, self._waiting = self._drawer, None, 0

@@ -41,8 +41,8 @@ of it that are said, nanoseconds."""
 ARRIVED_M = 0.06
 """Distance from the place at which the ray's end counts as seen there: legs are farther apart."""
 
-LOOK_S = 0.004
-"""Seconds between two looks at what the headset shows."""
+LOOK_S, REST_S = 0.004, 0.02
+"""Seconds between two looks at what the headset shows: until a ray is seen, and afterwards."""
 
 EYE_M = (0.4, -0.6, 1.6)
 """Eye of the person, from the middle of the first object, metres."""
@@ -148,7 +148,7 @@ class Pointer:
         done_ns = said_ns = 0
         before: tuple[str, Floats] | None = None
         while not task.is_cancelled:
-            await asyncio.sleep(LOOK_S)
+            await asyncio.sleep(REST_S if done_ns == self._aimed_ns else LOOK_S)
             aim, aimed_ns = self._aim, self._aimed_ns
             if aim is None:
                 continue
