@@ -150,9 +150,8 @@ class VideoPort:
         ordered: deque[_Ordered] = deque()
         while world.camera_is_on():
             while len(ordered) < AHEAD:
-                # Where drawing is late, pictures are left out.
-                least_ns = world.clock.now_ns() + (AHEAD - 1) * period_ns + late_ns
-                due_ns += period_ns * max(1, -((due_ns - least_ns) // period_ns))
+                ready_ns = world.clock.now_ns() + (AHEAD - 1) * period_ns + late_ns
+                due_ns = next_due_ns(due_ns, period_ns, ready_ns=ready_ns)
                 ordered.append(self._order(request, due_ns))
             unit, shown = self._take(), ordered.popleft()
             late_ns = max(0, world.clock.now_ns() - shown.t_ns)
@@ -207,6 +206,19 @@ class VideoPort:
             return
         guest.send(encode_packet(Packet(world.ticks(shot.t_ns), payload, pose)))
         self.counts.messages += 1
+
+
+def next_due_ns(before_ns: int, period_ns: int, *, ready_ns: int) -> int:
+    """Return the time of the picture after one, by the camera's beat.
+
+    Where drawing is late, pictures are left out, so that none is sent late.
+
+    Args:
+        before_ns: of the picture before.
+        period_ns: between two pictures.
+        ready_ns: when a picture that is ordered now can be there.
+    """
+    return before_ns + period_ns * max(1, -((before_ns - ready_ns) // period_ns))
 
 
 def _check(width_px: int, height_px: int, *, fps: int) -> None:

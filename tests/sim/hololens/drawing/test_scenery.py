@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import av
 import cv2
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
+from devices.hololens.camera.stream import video_request
 from scenes.cameras import Pinhole
 from scenes.frames import CAMERA_FROM_BOARD, look_at
 from scenes.pose import Pose
@@ -15,6 +19,7 @@ from scenes.quad import QrCode
 from sim.hololens.drawing.drawer import Drawer, DrawingError
 from sim.hololens.drawing.scenery import CAMERA, Scenery, Shot
 from sim.hololens.drawing.time_code import burn, burnt_us
+from sim.hololens.ports.video import next_due_ns
 
 CAMERA_MODEL = Pinhole.from_fov(640, 480, 1.0)
 WALL_M, X = np.array([-1.97, 0.0, 1.5]), np.array([-1.0, 0.0, 0.0])
@@ -76,6 +81,35 @@ def test_a_scanned_room_is_drawn_by_its_mesh_with_its_codes(scanned_small_room):
     drawing.close()
     assert cv2.QRCodeDetector().detectAndDecode(grey)[0] == code.payload
     assert grey[5, 5] > 30
+
+
+def test_pictures_are_coded_where_they_are_drawn_with_the_time_in_them(drawer):
+    scenery, drawing = drawer
+    pose = look_at(np.array([1.0, -1.0, 1.5]), np.array([0.0, 0.0, 0.5]))
+    shot = Shot(CAMERA_MODEL, pose, scenery.poses(), burnt_us=123_456_789)
+    drawing.order(shot)
+    plain = drawing.picture()
+    drawing.code(video_request(640, 480, fps=30, codec="h264"))
+    drawing.order(shot)
+    drawing.order(shot)
+    decoder = av.CodecContext.create("h264", "r")
+    units = [drawing.take(), drawing.take(), b""]
+    frames = [
+        frame for unit in units for frame in decoder.decode(av.Packet(unit) if unit else None)
+    ]
+    assert [frame.key_frame for frame in frames] == [True, False]
+    for frame in frames:
+        coded = frame.to_ndarray(format="gray")
+        assert burnt_us(coded) == burnt_us(cv2.cvtColor(plain, cv2.COLOR_RGB2GRAY)) == 123_456_789
+        assert np.abs(frame.to_ndarray(format="rgb24").astype(int) - plain).mean() < 6.0
+
+
+@given(st.integers(0, 10**9), st.integers(10_000_000, 40_000_000), st.integers(-(10**9), 3 * 10**9))
+def test_late_pictures_are_left_out_and_the_rest_keep_the_beat(before_ns, period_ns, late_ns):
+    due_ns = next_due_ns(before_ns, period_ns, ready_ns=before_ns + late_ns)
+    assert (due_ns - before_ns) % period_ns == 0
+    assert due_ns >= before_ns + max(period_ns, late_ns)
+    assert due_ns < before_ns + max(period_ns, late_ns) + period_ns
 
 
 def test_a_process_that_dies_says_why(small_room):
