@@ -39,6 +39,13 @@ BUMP_RAD = math.radians(0.1)
 SETTLED_S = 4.0
 """Seconds after a bump in which objects that rest must not appear to move."""
 
+SEEN, PLAINLY_SEEN = 0.3, 0.5
+"""Visible fractions from which an object's error counts, and from which it may not be wrong."""
+
+WRONG_CM, WRONG_BAR_PERCENT = 5.0, 2.0
+"""Error from which an object is not where it is said to be, as in the tables of `nexus evaluate`,
+and how many may be."""
+
 RING_ANGLES, RING_TURNS = 24, 48
 """Directions in which two lenses are compared: rings of equal area, and directions on each."""
 
@@ -190,16 +197,23 @@ def _moved_cm(published: Sequence[Published], truth: Sequence[TruthRow], bump_ns
     return largest
 
 
-def object_row(pairs: Sequence[Matched]) -> Row:
-    """Median error of visible objects' places."""
+def object_rows(pairs: Sequence[Matched]) -> list[Row]:
+    """Median error of visible objects' places, and how many of those in plain sight are wrong."""
     errors_cm: list[float] = []
+    is_wrong: list[bool] = []
     for pair in pairs:
         for name, pose in pair.published.world_from_object.items():
-            true = pair.truth.world_from_object.get(name)
-            if true is not None and pair.truth.visible_fraction.get(name, 0.0) > 0.3:
-                apart = pose.translation - true.translation
-                errors_cm.append(100.0 * float(np.linalg.norm(apart)))
-    return Row("live.object_cm.p50", float(np.median(errors_cm)) if errors_cm else None, "cm")
+            true, seen = pair.truth.world_from_object.get(name), pair.truth.visible_fraction
+            if true is None or seen.get(name, 0.0) <= SEEN:
+                continue
+            errors_cm.append(100.0 * float(np.linalg.norm(pose.translation - true.translation)))
+            if seen[name] > PLAINLY_SEEN:
+                is_wrong.append(errors_cm[-1] > WRONG_CM)
+    wrong_percent = 100.0 * float(np.mean(is_wrong)) if is_wrong else math.nan
+    return [
+        Row("live.object_cm.p50", float(np.median(errors_cm)) if errors_cm else None, "cm"),
+        at_most("live.wrong_percent", wrong_percent, "%", bar=WRONG_BAR_PERCENT),
+    ]
 
 
 def calibration_rows(

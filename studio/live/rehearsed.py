@@ -28,7 +28,7 @@ from studio.live.against_truth import (
     delay_rows,
     located_row,
     matched,
-    object_row,
+    object_rows,
     recovery_row,
 )
 from studio.live.live import LiveSession
@@ -199,7 +199,7 @@ class RehearsedLive:
         rows.append(recovery_row([*self._returns, *published], self._cuts_ended_ns()))
         rows += bump_rows(published, truth, noticed)
         rows += self._placing_rows(result, truth)
-        rows.append(object_row(pairs))
+        rows += object_rows(pairs)
         rows.append(self._memory_row())
         return rows
 

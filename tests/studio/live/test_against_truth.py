@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from scenes.cameras import Fisheye, Rig
@@ -19,7 +18,7 @@ from studio.live.against_truth import (
     lens_apart_px,
     located_row,
     matched,
-    object_row,
+    object_rows,
     recovery_row,
 )
 
@@ -162,10 +161,15 @@ def test_a_camera_beside_its_place_was_not_located():
 
 def test_objects_that_are_seen_are_measured():
     truth = truth_of(5)
-    row = object_row(matched(published_of(truth, error_m=0.01), truth))
-    assert row.value == pytest.approx(1.0)
+    error, wrong = object_rows(matched(published_of(truth, error_m=0.01), truth))
+    assert (error.name, wrong.name) == ("live.object_cm.p50", "live.wrong_percent")
+    assert error.value == pytest.approx(1.0)
+    assert (wrong.value, wrong.passed) == (0.0, True)
+    mixed = published_of(truth[:4], error_m=0.01) + published_of(truth[4:], error_m=0.2)
+    assert object_rows(matched(mixed, truth))[1].value == pytest.approx(20.0)
     hidden = [
         TruthRow(r.time, r.world_from_object, {"chair": 0.0}, r.world_from_rig) for r in truth
     ]
-    assert object_row(matched(published_of(hidden), hidden)).value is None
-    assert np.isfinite(row.value)
+    error, wrong = object_rows(matched(published_of(hidden), hidden))
+    assert error.value is None
+    assert math.isnan(wrong.value)
