@@ -209,9 +209,11 @@ def object_rows(pairs: Sequence[Matched]) -> list[Row]:
             errors_cm.append(100.0 * float(np.linalg.norm(pose.translation - true.translation)))
             if seen[name] > PLAINLY_SEEN:
                 is_wrong.append(errors_cm[-1] > WRONG_CM)
-    wrong_percent = 100.0 * float(np.mean(is_wrong)) if is_wrong else math.nan
+    if not errors_cm:
+        return [Row("live.object_cm.p50", None, "cm")]
+    wrong_percent = 100.0 * float(np.mean(is_wrong)) if is_wrong else 0.0
     return [
-        Row("live.object_cm.p50", float(np.median(errors_cm)) if errors_cm else None, "cm"),
+        Row("live.object_cm.p50", float(np.median(errors_cm)), "cm"),
         at_most("live.wrong_percent", wrong_percent, "%", bar=WRONG_BAR_PERCENT),
     ]
 
