@@ -88,7 +88,7 @@ def redetect(
     progress, hypotheses = runner.advance(search.progress, work, budget_ms=budget_ms)
     if hypotheses is None:
         return {}, replace(search, progress=progress)
-    return _assign(tasks, {_id(search.task): hypotheses}), None
+    return _assign(tasks, {_id(search.task): hypotheses}, is_later=True), None
 
 
 def is_missing(track: Track) -> bool:
@@ -115,16 +115,34 @@ def _is_outdated(search: Search, tasks: Sequence[Task]) -> bool:
     return not any(task.model is search.task.model for task in tasks)
 
 
-def _assign(tasks: Sequence[Task], fresh: Mapping[str, Sequence[Hypothesis]]) -> dict[str, Track]:
+def _assign(
+    tasks: Sequence[Task], fresh: Mapping[str, Sequence[Hypothesis]], *, is_later: bool = False
+) -> dict[str, Track]:
     """Tracks of lost objects after a joint assignment.
 
     Args:
         tasks: the objects.
         fresh: hypotheses of those that were searched for, by object id.
+        is_later: whether the searches may have begun in frames before this one.
     """
     tasks = [_record_search(task, fresh.get(_id(task))) for task in tasks]
     found = assign([AssignmentCandidates(task.model, _still_free(task)) for task in tasks])
+    if is_later:
+        found = {_id(task): _unless_gone(task, found.get(_id(task))) for task in tasks}
     return {_id(task): _redetect(task, found.get(_id(task))) for task in tasks}
+
+
+def _unless_gone(task: Task, assignment: Assignment | None) -> Assignment | None:
+    """The assignment, unless this frame shows the empty room there.
+
+    A search works on the frame in which it began: who carries the object may have gone on since.
+    """
+    if assignment is None:
+        return None
+    scene, model, pose = task.scene, task.model, assignment.hypothesis.world_from_object
+    evidence = gather(scene, model, view_of(scene, model, pose), task.neighbours)
+    there = pose_support(observe(scene, evidence), model, pose, scene.renderer)
+    return None if there.nats < -CLEAR_NATS else assignment
 
 
 def _record_search(task: Task, hypotheses: Sequence[Hypothesis] | None) -> Task:

@@ -107,6 +107,19 @@ def test_a_search_beside_the_frames_comes_to_the_same_pose_to_the_bit(table, mug
     assert there.confidence == here.confidence
 
 
+def test_what_has_gone_on_by_the_end_of_a_search_is_not_where_it_was_found(
+    table, mug_elsewhere, no_mug
+):
+    scene, _now = mug_elsewhere
+    begun = table.task(scene, "mug-1", **LOST)
+    gone = table.task(no_mug, "mug-1", **LOST)
+    found, search = redetect([begun], None, budget_ms=30.0)
+    while not found:
+        found, search = redetect([gone], search, budget_ms=60.0)
+    assert found["mug-1"].state is TrackState.LOST
+    assert found["mug-1"].searches_in_vain == 1
+
+
 def test_a_search_of_what_was_under_review_can_be_ordered(table, mug_elsewhere):
     scene, _now = mug_elsewhere
     model, pose = table.models["mug-1"], table.poses["mug-1"]
