@@ -148,9 +148,7 @@ def test_a_bumped_camera_moves_no_object(scene, picture, begun, degrees, metres)
     assert said == [[CameraMoment.BUMPED, CameraMoment.FOUND], [], []]
 
 
-def test_what_was_moved_while_the_camera_was_is_not_believed_at_its_old_place(
-    scene, picture, begun
-):
+def test_what_was_moved_while_the_camera_was_bumped_is_not_believed_to_rest(scene, picture, begun):
     room = scene[0]
     bumped = marker_off(room.world_from_rig, 0.6, 0.004)
     tracker, state, _ = begun
