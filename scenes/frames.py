@@ -84,6 +84,6 @@ def look_at(eye: np.ndarray, target: np.ndarray) -> Pose:
     right = np.array([y, -x, 0.0])
     length = float(np.linalg.norm(right))
     right = right / length if length >= 1e-6 else np.array([1.0, 0.0, 0.0])
-    # Forward × right, of which the third is 0; `np.cross` takes ten times as long.
+    # Forward × right, whose third is 0: one `np.cross` takes as long as all of this.
     down = np.array([-z * right[1], z * right[0], x * right[1] - y * right[0]])
     return Pose(np.stack([right, down, forward], axis=1), np.asarray(eye, dtype=np.float64))

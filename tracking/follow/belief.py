@@ -14,8 +14,8 @@ from functools import cache, partial
 from scenes.pose import Pose
 from scenes.render.native import NativeRenderer
 from scenes.state import TrackState
-from tracking.evidence.evidence import Evidence
-from tracking.evidence.observation import Observation
+from tracking.evidence.evidence import Evidence, gather, view_of
+from tracking.evidence.observation import Observation, observe
 from tracking.follow.track import Task, Track
 from tracking.hypotheses.hypothesis import CLEAR_NATS, Hypothesis, is_other
 from tracking.hypotheses.prior import MOVED, STAYED, UNSEEN
@@ -127,6 +127,13 @@ def shows_as_usual(track: Track, rate: float) -> bool:
 
 def _usual_rate(track: Track) -> float:
     return track.usual_rate or MIN_RATE / USUAL_SHARE
+
+
+def support_at(task: Task, world_from_object: Pose) -> PoseSupport:
+    """The support of a pose by a window of its own in the task's frame."""
+    scene, model = task.scene, task.model
+    evidence = gather(scene, model, view_of(scene, model, world_from_object), task.neighbours)
+    return pose_support(observe(scene, evidence), model, world_from_object, scene.renderer)
 
 
 def weigh_measurement(task: Task, observation: Observation, fit: Fit) -> Belief:

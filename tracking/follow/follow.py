@@ -23,6 +23,7 @@ from tracking.follow.belief import (
     is_shaken,
     is_sure,
     shows_as_usual,
+    support_at,
     weigh_measurement,
 )
 from tracking.follow.carried import is_lifted
@@ -33,7 +34,6 @@ from tracking.follow.track import Task, Track
 from tracking.follow.yaw_review import is_under_review, review_yaw
 from tracking.hypotheses.budget import Step
 from tracking.hypotheses.hypothesis import CLEAR_NATS, is_other
-from tracking.likelihood.pose_likelihood import pose_support
 from tracking.model.symmetry import ROUND
 from tracking.solve.gauss_newton import Fit
 from tracking.solve.motion import Motion, pose_vector
@@ -171,10 +171,7 @@ def _is_comparison_due(task: Task, belief: Belief) -> bool:
 
 def _shows_at(task: Task, world_from_object: Pose, *, min_nats: float = 0.0) -> bool:
     """Whether an object clearly shows at a pose, by `CLEAR_NATS` more than `min_nats`."""
-    scene, model = task.scene, task.model
-    evidence = gather(scene, model, view_of(scene, model, world_from_object), task.neighbours)
-    observation = observe(scene, evidence)
-    support = pose_support(observation, model, world_from_object, scene.renderer)
+    support = support_at(task, world_from_object)
     return support.nats > min_nats + CLEAR_NATS and not support.is_covered
 
 

@@ -9,6 +9,7 @@ from functools import partial
 from scenes.state import TrackState
 from tracking.evidence.evidence import gather, view_of
 from tracking.evidence.observation import observe
+from tracking.follow.belief import support_at
 from tracking.follow.posterior import HEAVY_HEIGHT_M
 from tracking.follow.rest import rest_of
 from tracking.follow.track import RESTING_FRAMES, SEARCH_PERIOD_NS, Review, Task, Track, portable
@@ -139,9 +140,7 @@ def _unless_gone(task: Task, assignment: Assignment | None) -> Assignment | None
     """
     if assignment is None:
         return None
-    scene, model, pose = task.scene, task.model, assignment.hypothesis.world_from_object
-    evidence = gather(scene, model, view_of(scene, model, pose), task.neighbours)
-    there = pose_support(observe(scene, evidence), model, pose, scene.renderer)
+    there = support_at(task, assignment.hypothesis.world_from_object)
     return None if there.nats < -CLEAR_NATS else assignment
 
 

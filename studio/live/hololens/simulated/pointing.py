@@ -42,7 +42,8 @@ ARRIVED_M = 0.06
 """Distance from the place at which the ray's end counts as seen there: legs are farther apart."""
 
 LOOK_S, REST_S = 0.004, 0.02
-"""Seconds between two looks at what the headset shows: until a ray is seen, and afterwards."""
+"""Seconds between two looks at what the headset shows: until a ray is seen, to 4 ms, and
+afterwards, five times for each place that is said."""
 
 EYE_M = (0.4, -0.6, 1.6)
 """Eye of the person, from the middle of the first object, metres."""
