@@ -21,7 +21,7 @@ from scenes.prepare.cutout.cutout import cut_marked
 from scenes.render.native import NativeRenderer
 from scenes.render.renderer import PosedSplats
 from scenes.splats import concatenate
-from studio.verbs.cut import prompted_views, prompts_of
+from studio.verbs.cutting.cut import prompted_views, prompts_of
 
 PAD_PX = 6.0
 

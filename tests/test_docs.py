@@ -98,7 +98,7 @@ def test_commands_of_the_study_page_are_understood() -> None:
     assert len(lines) > 6
     for line in lines:
         words = line.split()
-        module = importlib.import_module(f"studio.verbs.{words[0]}_{words[1]}")
+        module = importlib.import_module(f"studio.verbs.{words[0]}.{words[1]}")
         parser = argparse.ArgumentParser(exit_on_error=False, allow_abbrev=False)
         module.add_arguments(parser)
         parser.parse_args(words[2:])

@@ -8,8 +8,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from studio.verbs.flags.results import add_result_flags, result_folder
 from studio.verbs.playing import play_and_print
-from studio.verbs.result_flags import add_result_flags, result_folder
 
 DEFAULT_OUT = Path("out/fork")
 

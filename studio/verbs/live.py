@@ -13,10 +13,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scenes.workers.task import Task
-from studio.verbs import hololens_flags
-from studio.verbs.hololens_flags import add_hololens_flags, wearing_of, with_hololens
-from studio.verbs.people_flags import add_people_flags, hosting_of, sharing_of
-from studio.verbs.result_flags import add_result_flags, check_free, next_free
+from studio.verbs.flags import hololens as hololens_flags
+from studio.verbs.flags.hololens import add_hololens_flags, wearing_of, with_hololens
+from studio.verbs.flags.people import add_people_flags, hosting_of, sharing_of
+from studio.verbs.flags.results import add_result_flags, check_free, next_free
 
 if TYPE_CHECKING:
     from devices.clock import Clock

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NoReturn
 from studio.console.extras import require_extra
 from studio.console.rows import Row, as_json, as_table, at_most, exit_code
 from studio.evaluate.verdict import OUTCOME, outcome_of, preview_min, verdict_of
-from studio.verbs.scale_flags import add_object_flags, add_scale_flags, known_length, known_object
+from studio.verbs.flags.scale import add_object_flags, add_scale_flags, known_length, known_object
 
 if TYPE_CHECKING:
     from scenes.cameras import Rig

@@ -7,8 +7,8 @@ import json
 import sys
 from pathlib import Path
 
+from studio.verbs.flags.results import add_result_flags, result_folder
 from studio.verbs.playing import play_and_print
-from studio.verbs.result_flags import add_result_flags, result_folder
 
 DEFAULT_OUT = Path("out/rehearsal")
 

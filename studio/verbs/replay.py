@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from studio.console.rows import Row, as_json, as_table, at_least, at_most, exit_code
-from studio.verbs.result_flags import check_free
+from studio.verbs.flags.results import check_free
 
 if TYPE_CHECKING:
     from studio.session.session import SessionOutput

@@ -10,7 +10,7 @@ from devices.camera.address import AddressKind
 from studio.cli import main
 from studio.live.people.hosting import Hosting
 from studio.live.setup import Place
-from studio.verbs.hololens_flags import HOSTILE, check_hostile
+from studio.verbs.flags.hololens import HOSTILE, check_hostile
 from studio.verbs.live import add_arguments, hosting_of, setup_of
 
 

@@ -31,7 +31,7 @@ from scenes.samples.shell import Shell, floor_with_rug, shell
 from scenes.splats import SplatCloud, concatenate
 from sim.phone.phone import PhoneOptions, film
 from studio.cli import EXIT_INPUT, EXIT_USAGE, main
-from studio.verbs import cut_add
+from studio.verbs.cutting import add
 
 CAMERA = Pinhole(240, 180, 200.0, 200.0, 120.0, 90.0)
 SIZE = np.array([0.3, 0.2, 0.25])
@@ -109,7 +109,7 @@ def photographed(tmp_path, monkeypatch):
         captured.asked = options
         return captured
 
-    monkeypatch.setattr(cut_add, "prepare", prepare)
+    monkeypatch.setattr(add, "prepare", prepare)
     return captured
 
 

@@ -27,8 +27,8 @@ from scenes.prepare.cutout.remainder.floaters import remove_floaters
 from scenes.prepare.cutout.votes.lifting import share
 from scenes.render.native import NativeRenderer
 from studio.reports.seen_sides import coverage_values, seen_words
-from studio.verbs import cut_add, cut_clean
-from studio.verbs.own_photos import own_photo
+from studio.verbs.cutting import add, clean
+from studio.verbs.cutting.own_photos import own_photo
 
 OUTLINE_RGB = (255, 64, 32)
 
@@ -91,8 +91,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="put back what was cut last, or take away what was added",
     )
     parser.add_argument("--json", action="store_true", help="report as one JSON object")
-    cut_clean.add_arguments(parser)
-    cut_add.add_arguments(parser)
+    clean.add_arguments(parser)
+    add.add_arguments(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -119,7 +119,7 @@ def run(args: argparse.Namespace) -> int:
         report = {"floaters": count}
         lines = [f"{args.scene}: {count} stray splats removed"]
     elif args.clean:
-        cleaned, report, lines = cut_clean.clean(args, package)
+        cleaned, report, lines = clean.clean(args, package)
         save_package(cleaned, args.scene)
     elif args.add is not None:
         report, lines = _add(args, package)
@@ -214,7 +214,7 @@ def _reported(scene: Path, done: Cutout, *, seconds: float) -> tuple[dict[str, o
 def _add(args: argparse.Namespace, package: ScenePackage) -> tuple[dict[str, object], list[str]]:
     object_id = _object_id(args)
     marked = args.box or args.click or args.stroke_out
-    added = cut_add.add(
+    added = add.add(
         args,
         package,
         object_id=object_id,

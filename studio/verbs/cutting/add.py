@@ -26,7 +26,7 @@ from scenes.prepare.stages import open_work_folder
 from scenes.prepare.train.trainer import PRESETS
 from scenes.render.native import NativeRenderer
 from studio.console.progress import StageProgress, text_progress
-from studio.verbs.scale_flags import add_scale_flags, known_length
+from studio.verbs.flags.scale import add_scale_flags, known_length
 
 MIN_PHOTOS, VIDEO_FRAMES = 4, 40
 CAPTURED = "captured.gnx"

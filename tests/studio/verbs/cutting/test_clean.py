@@ -3,7 +3,7 @@
 import pytest
 
 from scenes.prepare.cutout.marks.drawn import Drawn, Stroke
-from studio.verbs.cut_clean import drawn_of
+from studio.verbs.cutting.clean import drawn_of
 
 
 def test_marks_of_a_view_are_put_together():

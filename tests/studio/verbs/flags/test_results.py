@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from studio.cli import main
-from studio.verbs.result_flags import add_result_flags, result_folder
+from studio.verbs.flags.results import add_result_flags, result_folder
 
 pytestmark = pytest.mark.usefixtures("no_display", "no_traceback")
 

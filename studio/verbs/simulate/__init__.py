@@ -1,0 +1,1 @@
+"""`nexus simulate ...`: cameras, headsets and datasets that are not there."""

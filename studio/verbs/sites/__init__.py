@@ -1,0 +1,1 @@
+"""`nexus sites ...`: rooms of several sites, and what connects them."""

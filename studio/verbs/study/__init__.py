@@ -1,0 +1,1 @@
+"""`nexus study ...`: a study from its file to its report."""
