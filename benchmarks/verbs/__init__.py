@@ -1,5 +1,4 @@
-"""One file a verb of `nexus bench` and `nexus evaluate`, and the table of them.
+"""The verbs that measure, one file each, and the table of them.
 
-`table.py`: the verbs of `nexus bench` and `nexus evaluate`; one file a verb, `evaluate.py` holds
-the table of tables.
+`table.py`: the verbs of `nexus bench` and `nexus evaluate`; a file each in `bench/` and `evaluate/`.
 """

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from benchmarks.verbs.evaluate import TABLES
+from benchmarks.verbs.evaluate.tables import TABLES
 from studio.cli import EXIT_DONE, EXIT_FAILED, main
 
 MISSED = {

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from benchmarks.verbs.rooms_by_seed import add_arguments, measured_in_rooms, print_rows
+from benchmarks.verbs.bench.rooms_by_seed import add_arguments, measured_in_rooms, print_rows
 
 __all__ = ["add_arguments", "run"]
 

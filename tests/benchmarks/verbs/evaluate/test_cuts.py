@@ -4,23 +4,23 @@ import argparse
 
 import pytest
 
-from benchmarks.verbs import evaluate_cuts
+from benchmarks.verbs.evaluate import cuts
 
 
 def parsed(*words):
     parser = argparse.ArgumentParser()
-    evaluate_cuts.add_arguments(parser)
+    cuts.add_arguments(parser)
     return parser.parse_args(words)
 
 
 def test_seeds_that_are_none_are_refused(tmp_path):
     with pytest.raises(ValueError, match="--seeds"):
-        evaluate_cuts.run(parsed("--seeds", "9-3", "--captures", str(tmp_path)))
+        cuts.run(parsed("--seeds", "9-3", "--captures", str(tmp_path)))
 
 
 def test_a_folder_that_is_no_dataset_is_refused(tmp_path):
     with pytest.raises(ValueError, match=r"objects\.json"):
-        evaluate_cuts.run(parsed("--dataset", str(tmp_path), "--captures", str(tmp_path)))
+        cuts.run(parsed("--dataset", str(tmp_path), "--captures", str(tmp_path)))
 
 
 def test_ways_that_there_are_not_are_refused(capsys):

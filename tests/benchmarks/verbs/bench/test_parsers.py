@@ -24,6 +24,6 @@ def test_a_parser_that_fails_is_counted_and_named(monkeypatch, capsys):
     monkeypatch.setattr(fuzzing, "targets", lambda: broken)
     assert main(["bench", "parsers", "--parsers", "packets", "--inputs", "0"]) == 3
     assert "wanted at least 1" in capsys.readouterr().err
-    monkeypatch.setattr("benchmarks.verbs.bench_parsers.targets", lambda: broken)
+    monkeypatch.setattr("benchmarks.verbs.bench.parsers.targets", lambda: broken)
     assert main(["bench", "parsers", "--inputs", "5"]) == 1
     assert "fragile" in capsys.readouterr().err

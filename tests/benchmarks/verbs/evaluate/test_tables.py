@@ -4,7 +4,7 @@ import json
 import pytest
 
 from benchmarks.evaluate.findings import Drawing, Findings
-from benchmarks.verbs import evaluate
+from benchmarks.verbs.evaluate import tables
 from studio.cli import EXIT_DONE, EXIT_FAILED, EXIT_INPUT, EXIT_USAGE, main
 from studio.console.rows import Row, at_most
 
@@ -27,9 +27,9 @@ def one_table(monkeypatch):
     return asked
 
 
-@pytest.mark.parametrize("name", evaluate.TABLES)
+@pytest.mark.parametrize("name", tables.TABLES)
 def test_every_table_has_its_function(name):
-    table = evaluate.TABLES[name]
+    table = tables.TABLES[name]
     module = importlib.import_module(f"benchmarks.evaluate.tables.{table.module}")
     assert callable(getattr(module, table.function))
     assert 1 <= table.seeds <= table.published_seeds
@@ -87,4 +87,4 @@ def test_an_unknown_table_is_a_usage_error(capsys):
 def test_help_lists_every_table(capsys):
     assert main(["evaluate", "--help"]) == EXIT_DONE
     printed = capsys.readouterr().out
-    assert all(name in printed for name in evaluate.TABLES)
+    assert all(name in printed for name in tables.TABLES)

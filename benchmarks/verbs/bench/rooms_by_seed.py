@@ -8,7 +8,7 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import TypeVar
 
-from benchmarks.verbs.evaluate_random_rooms import JUDGED_SEEDS, seeds_of
+from benchmarks.verbs.evaluate.random_rooms import JUDGED_SEEDS, seeds_of
 from studio.console.rows import Row, as_json, as_table, exit_code
 
 Result = TypeVar("Result")

@@ -2,7 +2,7 @@
 
 import pytest
 
-from benchmarks.verbs.evaluate_random_rooms import seeds_of
+from benchmarks.verbs.evaluate.random_rooms import seeds_of
 
 
 def test_seeds_are_a_range_or_one():

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from benchmarks.verbs.bench_hub import load_rows
+from benchmarks.verbs.bench.hub import load_rows
 from benchmarks.wire.crowd import CrowdFigures
 from benchmarks.wire.hub_load import LoadFigures
 from studio.cli import main

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import platformdirs
 
-from benchmarks.verbs.evaluate_random_rooms import JUDGED_SEEDS, seeds_of
+from benchmarks.verbs.evaluate.random_rooms import JUDGED_SEEDS, seeds_of
 from scenes.package import DISTRIBUTION
 
 if TYPE_CHECKING:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import time
 
-from benchmarks.verbs.rooms_by_seed import add_arguments, measured_in_rooms, print_rows
+from benchmarks.verbs.bench.rooms_by_seed import add_arguments, measured_in_rooms, print_rows
 
 __all__ = ["add_arguments", "run"]
 

@@ -1,0 +1,1 @@
+"""`nexus evaluate ...`: `tables.py` (the tracker's), one file each of the others."""
