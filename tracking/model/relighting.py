@@ -36,9 +36,11 @@ NEIGHBOURS = 6
 """Nearest splats, the splat included, from which a normal is estimated."""
 
 
-LIGHT_SIGMA = (0.35, 0.3, 0.1)
+LIGHT_SIGMA = (0.6, 0.7, 0.05)
 """Standard deviations of an object's light relative to its scan: overall gain, gain of a side over
-the opposite one, tint of a channel."""
+the opposite one, tint of a channel. Fitted freely at the true poses of 50 objects that were moved
+in three random rooms, they are 0.64, 0.5 to 0.9 by axis, and 0.04 to 0.07: what stood with a side
+in the shade is turned into the light."""
 
 OPTIONS = RenderOptions(threads=1, antialias=True)
 
