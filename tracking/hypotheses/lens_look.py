@@ -162,6 +162,7 @@ def _look(scene: Scene, lens_index: int, shown: _Changed, whole: _Whole) -> Lens
         world_from_camera=scene.world_from_rig @ scene.frame.rig.rig_from_lens[lens_index],
         lens_px=shrink,
         in_any_light=scene.is_first,
+        in_shadow=True,
     )
     picture = np.dstack([shown.live, shown.own, shown.changed])
     return LensLook(

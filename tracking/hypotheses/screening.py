@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import chain
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,14 +31,27 @@ SCREENED_AT_ONCE = 6
 """Proposals screened in one step."""
 
 ALIGNED = 24
-"""Proposals that are aligned, the best by their rough likelihood."""
+"""Proposals that are aligned, the best by their rough likelihood, both ways."""
 
 ALIGNED_AT_A_PLACE = 3
 """Of those at one place: a rough likelihood ranks places worse than poses at a place, as it grows
 with the silhouette, right or wrong."""
 
-Rough = tuple[float, Pose, int]
-"""Nats of a rough pose, the pose, and the lens that shows it."""
+
+class Rough(NamedTuple):
+    """A rough pose.
+
+    Attributes:
+        nats: of its rough likelihood.
+        pose: `world_from_object`.
+        lens: that shows it.
+        rate: nats of an independent sample.
+    """
+
+    nats: float
+    pose: Pose
+    lens: int
+    rate: float
 
 
 def propose(
@@ -76,16 +91,26 @@ def screen(
     starts: Sequence[tuple[Pose, int]],
     budget: FrameBudget,
 ) -> list[Rough]:
-    """The best of some proposals, screened and aligned, the likeliest first."""
+    """The best of some proposals, screened and aligned, ranked both ways."""
     rough: list[Rough] = []
     for first in range(0, len(starts), SCREENED_AT_ONCE):
         some = starts[first : first + SCREENED_AT_ONCE]
         rough += budget.do(Step.SCREEN, _score_all, scene, model, looks, some)
-    rough.sort(key=lambda item: -item[0])
-    some_rough = of_all_places(model, rough)
+    some_rough = of_all_places(model, ranked_both_ways(rough))
     rough = [budget.do(Step.ALIGN, align_roughly, scene, model, looks, item) for item in some_rough]
-    rough.sort(key=lambda item: -item[0])
-    return rough
+    return ranked_both_ways(rough)
+
+
+def ranked_both_ways(rough: Sequence[Rough]) -> list[Rough]:
+    """Rough poses, by turns the likeliest and that which shows most of all that it would show.
+
+    Nats grow with the silhouette: a shade over half of the floor has more than a stool at the wall,
+    of which every pixel is right.
+    """
+    by_nats = sorted(range(len(rough)), key=lambda index: -rough[index].nats)
+    by_rate = sorted(range(len(rough)), key=lambda index: -rough[index].rate)
+    turns = dict.fromkeys(chain.from_iterable(zip(by_nats, by_rate, strict=True)))
+    return [rough[index] for index in turns]
 
 
 def _score_all(
@@ -93,7 +118,7 @@ def _score_all(
 ) -> list[Rough]:
     """Rough likelihoods of some proposals, those of one level of a look all at once."""
     seen_in = [_level(looks[lens], model, pose) for pose, lens in starts]
-    nats = np.zeros(len(starts))
+    nats, rate = np.zeros(len(starts)), np.zeros(len(starts))
     for observation in {id(seen): seen for seen in seen_in}.values():
         here = [index for index, seen in enumerate(seen_in) if seen is observation]
         poses = [starts[index][0] for index in here]
@@ -101,7 +126,11 @@ def _score_all(
             observation, model, poses=poses, renderer=scene.renderer, tolerance=ROUGHLY
         )
         nats[here] = [support.nats for support in found]
-    return [(float(value), *start) for value, start in zip(nats, starts, strict=True)]
+        rate[here] = [support.nats_a_sample for support in found]
+    return [
+        Rough(float(nats[index]), pose, lens, float(rate[index]))
+        for index, (pose, lens) in enumerate(starts)
+    ]
 
 
 def score_roughly(
@@ -121,14 +150,14 @@ def align_roughly(
     scene: Scene, model: TrackModel, looks: Sequence[LensLook], rough: Rough
 ) -> Rough:
     """A rough pose after its alignment, if that made it likelier."""
-    _, pose, lens = rough
+    pose, lens = rough.pose, rough.lens
     moved = align(_level(looks[lens], model, pose), model, pose, scene)
-    return max(rough, score_roughly(scene, model, looks, moved, lens), key=lambda item: item[0])
+    return max(rough, score_roughly(scene, model, looks, moved, lens), key=lambda item: item.nats)
 
 
 def of_all_places(model: TrackModel, rough: Sequence[Rough]) -> list[Rough]:
-    """The best rough poses, no more of one place than another could need."""
-    places = np.array([pose.translation for _, pose, _ in rough]).reshape(-1, 3)
+    """The first rough poses, no more of one place than another could need."""
+    places = np.array([item.pose.translation for item in rough]).reshape(-1, 3)
     beside = np.zeros(len(rough), dtype=np.int64)
     chosen: list[Rough] = []
     for index, item in enumerate(rough):

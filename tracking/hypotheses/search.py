@@ -28,7 +28,7 @@ from tracking.model.object_model import TrackModel
 from tracking.model.symmetry import ROUND
 
 COMPARED = 6
-"""Places compared by the likelihood itself, the best by their rough one."""
+"""Places compared by the likelihood itself, the best by their rough one, both ways."""
 
 HOPELESS_NATS = 8.0
 """A pose that is so much less likely than the best is not followed: odds of 3000 to one, more than
@@ -131,37 +131,55 @@ def _turn_at_best_places(
     budget: FrameBudget,
 ) -> list[Turned]:
     """Poses at the likeliest places, at all yaws that may be right, aligned in their windows."""
-    compared: list[Turned] = []
+    compared: list[tuple[Turned, float]] = []
     for pose in best_places(model, rough):
         window = budget.do(Step.GATHER, window_about, scene, model, neighbours, pose)
-        compared.append(budget.do(Step.ALIGN, align_in_window, scene, model, window, pose))
-    compared.sort(key=lambda item: -item[0])
+        aligned = budget.do(Step.ALIGN, align_in_window, scene, model, window, pose)
+        shade_nats = budget.do(Step.SUPPORT, nats_of_shade, scene, model, aligned=aligned)
+        compared.append((_less(aligned, shade_nats), shade_nats))
+    compared.sort(key=lambda item: -item[0][0])
     turned: list[Turned] = []
-    for nats, pose, window in compared[:TURNED]:
-        if nats < compared[0][0] - HOPELESS_NATS:
+    for here, shade_nats in compared[:TURNED]:
+        nats, pose, window = here
+        if nats < compared[0][0][0] - HOPELESS_NATS:
             break
         likeliest = _likeliest_yaws(scene, model, window, pose, budget)
-        turned.append((nats, pose, window))
+        turned.append(here)
         for start in [*_aligned_here(model, rough, pose), *likeliest]:
-            turned.append(budget.do(Step.ALIGN, align_in_window, scene, model, window, start))
+            aligned = budget.do(Step.ALIGN, align_in_window, scene, model, window, start)
+            turned.append(_less(aligned, shade_nats))
     return turned
 
 
+def nats_of_shade(scene: Scene, model: TrackModel, *, aligned: Turned) -> float:
+    """Nats of a pose for which a shade of the room would account as well."""
+    nats, pose, window = aligned
+    observation = replace(window.observation, in_any_light=True)
+    return nats - pose_support(observation, model, pose, scene.renderer).nats
+
+
+def _less(item: Turned, shade_nats: float) -> Turned:
+    nats, pose, window = item
+    return nats - shade_nats, pose, window
+
+
 def best_places(model: TrackModel, rough: Sequence[Rough]) -> list[Pose]:
-    """The best pose of each of the best places."""
+    """The first pose of each of the first places."""
     best: list[Pose] = []
-    for _, pose, _ in rough:
-        if len(best) < COMPARED and not any(_is_beside(model, pose, other) for other in best):
-            best.append(pose)
+    for item in rough:
+        is_new = not any(_is_beside(model, item.pose, other) for other in best)
+        if len(best) < COMPARED and is_new:
+            best.append(item.pose)
     return best
 
 
 def _aligned_here(model: TrackModel, rough: Sequence[Rough], pose: Pose) -> list[Pose]:
     """The best rough poses at a place, each yaw once."""
     here: list[Pose] = []
-    for _, other, _ in rough:
-        if _is_beside(model, other, pose) and all(is_other(model, other, q) for q in here):
-            here.append(other)
+    for item in rough:
+        is_here = _is_beside(model, item.pose, pose)
+        if is_here and all(is_other(model, item.pose, other) for other in here):
+            here.append(item.pose)
     return here[:TURNED]
 
 
@@ -176,7 +194,7 @@ def window_about(
     evidence = gather(
         scene, model, view_of(scene, model, world_from_object, at_any_yaw=True), neighbours
     )
-    return ObjectWindow(evidence, observe(scene, evidence))
+    return ObjectWindow(evidence, observe(scene, evidence, is_looked_for=True))
 
 
 def _likeliest_yaws(

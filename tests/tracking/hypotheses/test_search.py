@@ -9,6 +9,7 @@ import pytest
 
 from scenes.pose import Pose, wrap_angle
 from scenes.state import TrackState
+from tracking.background.images import LensExposures
 from tracking.evidence.observation import observe
 from tracking.hypotheses.budget import BudgetExhausted, FrameBudget
 from tracking.hypotheses.hypothesis import apart
@@ -29,8 +30,19 @@ from tracking.hypotheses.proposals import (
     proposed,
 )
 from tracking.hypotheses.refinement import align, coarse, refine
-from tracking.hypotheses.screening import ALIGNED_AT_A_PLACE, of_all_places
-from tracking.hypotheses.search import best_places, search
+from tracking.hypotheses.screening import (
+    ALIGNED_AT_A_PLACE,
+    Rough,
+    of_all_places,
+    ranked_both_ways,
+)
+from tracking.hypotheses.search import (
+    align_in_window,
+    best_places,
+    nats_of_shade,
+    search,
+    window_about,
+)
 from tracking.hypotheses.yaws import likeliest_yaws
 from tracking.model.support_planes import EVERYWHERE_M
 from tracking.model.templates import Cuts, compare
@@ -173,11 +185,47 @@ def test_the_prior_shares_what_moved_among_all_places(table, as_scanned):
 def test_many_good_poses_of_one_place_do_not_crowd_out_another(table):
     model = table.models["mug-1"]
     # A wrong place with a large silhouette has many rough poses, all likelier than the right one.
-    crowd = [(50.0 - k, Pose.from_yaw(0.3 * k, (0.0, 0.0, 0.74)), 0) for k in range(20)]
-    right = (20.0, Pose.from_yaw(0.0, (1.0, 0.0, 0.74)), 0)
+    crowd = [Rough(50.0 - k, Pose.from_yaw(0.3 * k, (0.0, 0.0, 0.74)), 0, 0.5) for k in range(20)]
+    right = Rough(20.0, Pose.from_yaw(0.0, (1.0, 0.0, 0.74)), 0, 0.5)
     chosen = of_all_places(model, [*crowd, right])
     assert right in chosen
     assert len(chosen) == ALIGNED_AT_A_PLACE + 1
     assert chosen[0] == crowd[0]
     # However unlikely it roughly is, its place is compared by the likelihood itself.
-    assert best_places(model, chosen) == [crowd[0][1], right[1]]
+    assert best_places(model, chosen) == [crowd[0].pose, right.pose]
+
+
+def test_what_shows_all_of_a_small_object_ranks_beside_what_shows_half_of_a_large_one():
+    shades = [Rough(60.0 - k, Pose.identity(), 0, 0.7) for k in range(4)]
+    right = Rough(15.0, Pose.from_yaw(1.0, (1.0, 0.0, 0.0)), 0, 1.2)
+    assert ranked_both_ways([*shades, right])[:2] == [shades[0], right]
+    assert len(ranked_both_ways([*shades, right])) == 5
+
+
+@pytest.mark.parametrize("times", [0.6, 1.4])
+def test_other_light_on_a_table_accounts_for_a_place_and_not_for_a_mug_there(
+    table, no_mug, mug_elsewhere, times
+):
+    scene, now = mug_elsewhere
+    model, beside = table.models["mug-1"], table.neighbours("mug-1")
+    frame, images = no_mug.frame, []
+    for rig_from_lens, lens, image in zip(
+        frame.rig.rig_from_lens, frame.rig.lenses, frame.images, strict=True
+    ):
+        centre = (no_mug.world_from_rig @ rig_from_lens).inverse() @ model.centre_at(now)[None]
+        (pixel,), (is_seen,) = lens.project(centre)
+        y, x = np.mgrid[: image.shape[0], : image.shape[1]]
+        is_lit = (np.hypot(x - pixel[0], y - pixel[1]) < 60) & is_seen
+        images.append(np.where(is_lit[..., None], np.clip(times * image, 0, 255), image))
+    lit_images = tuple(image.astype(np.uint8) for image in images)
+    lit = replace(
+        no_mug,
+        frame=replace(frame, images=lit_images),
+        exposures=LensExposures(lit_images, table.background),
+    )
+    mug, light = (
+        align_in_window(here, model, window_about(here, model, beside, now), now)
+        for here in (scene, lit)
+    )
+    assert nats_of_shade(scene, model, aligned=mug) < 0.2 * mug[0]
+    assert nats_of_shade(lit, model, aligned=light) > max(light[0], 3.0)
