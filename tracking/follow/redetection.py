@@ -9,7 +9,7 @@ from functools import partial
 from scenes.state import TrackState
 from tracking.evidence.evidence import gather, view_of
 from tracking.evidence.observation import observe
-from tracking.follow.belief import support_at
+from tracking.follow.belief import is_sure, support_at
 from tracking.follow.posterior import HEAVY_HEIGHT_M
 from tracking.follow.rest import rest_of
 from tracking.follow.track import RESTING_FRAMES, SEARCH_PERIOD_NS, Review, Task, Track, portable
@@ -94,26 +94,39 @@ def redetect(
 
 def is_missing(track: Track) -> bool:
     """Whether an object has to be looked for: lost, or hidden for so long that it may have gone."""
-    was_seen = track.usual_nats > CLEAR_NATS
     is_hidden = track.state is TrackState.OCCLUDED and track.missed_frames >= HIDDEN_FRAMES
-    is_hidden = is_hidden and was_seen
     return track.state is TrackState.LOST or is_hidden
 
 
+def _was_seen(track: Track) -> bool:
+    """Whether an object was seen in this session, where it is believed to be."""
+    return track.state is TrackState.LOST or track.usual_nats > CLEAR_NATS
+
+
 def _begin(tasks: Sequence[Task]) -> Search | None:
-    """A search for the object that waited longest; None if none is due."""
+    """A search for the object that waited longest; None if none is due.
+
+    What nobody has seen yet, behind furniture or in a cupboard, waits for all others.
+    """
     due = [task for task in tasks if _is_due(task)]
     if not due:
         return None
-    return Search(portable(min(due, key=lambda task: task.track.searched_ns)))
+    return Search(
+        portable(min(due, key=lambda task: (not _was_seen(task.track), task.track.searched_ns)))
+    )
 
 
 def _is_outdated(search: Search, tasks: Sequence[Task]) -> bool:
-    """Whether the object is no longer lost.
+    """Whether the object is no longer lost, or was never seen while another is lost.
 
     A camera that has moved since ends no search: its places are the world's.
     """
-    return not any(task.model is search.task.model for task in tasks)
+    if not any(task.model is search.task.model for task in tasks):
+        return True
+    others = (task for task in tasks if task.model is not search.task.model)
+    return not _was_seen(search.task.track) and any(
+        _was_seen(task.track) and _is_due(task) for task in others
+    )
 
 
 def _assign(
@@ -215,9 +228,7 @@ def _redetect(task: Task, assignment: Assignment | None) -> Track:
         return replace(task.track, rest=None, reduced=None, state=TrackState.LOST, confidence=0.0)
     hypothesis = assignment.hypothesis
     is_hidden = task.track.state is TrackState.OCCLUDED
-    if is_hidden and not is_other(
-        task.model, hypothesis.world_from_object, task.track.world_from_object
-    ):
+    if is_hidden and not _has_come_out(task, hypothesis):
         return task.track
     fit = hypothesis.fit
     # A search that took several frames is confirmed in the next: the object may have gone on.
@@ -249,6 +260,14 @@ def _redetect(task: Task, assignment: Assignment | None) -> Track:
         hypotheses=(),
         review=Review(now, 0, assignment.rival_nats, assignment.rival_nats),
     )
+
+
+def _has_come_out(task: Task, hypothesis: Hypothesis) -> bool:
+    """Whether a hidden object is elsewhere; of one that was never seen, all has to show there."""
+    track = task.track
+    if not is_other(task.model, hypothesis.world_from_object, track.world_from_object):
+        return False
+    return _was_seen(track) or is_sure(hypothesis.support.nats_a_sample)
 
 
 def _id(task: Task) -> str:

@@ -183,20 +183,40 @@ def test_what_waited_longest_is_looked_for_first(table, no_mug):
     assert search.task.model is tasks[1].model
 
 
-def test_what_is_hidden_for_long_is_looked_for_if_it_was_ever_seen(table, no_mug):
-    def hidden(frames, usual_nats):
+def test_what_is_hidden_for_long_is_looked_for(table, no_mug):
+    def hidden(frames):
         return table.task(
-            no_mug,
-            "mug-1",
-            state=TrackState.OCCLUDED,
-            missed_frames=frames,
-            usual_nats=usual_nats,
+            no_mug, "mug-1", state=TrackState.OCCLUDED, missed_frames=frames, usual_nats=0.0
         ).track
 
-    assert is_missing(hidden(HIDDEN_FRAMES, 2 * CLEAR_NATS))
-    assert not is_missing(hidden(HIDDEN_FRAMES - 1, 2 * CLEAR_NATS))
-    # What the lens never resolved cannot be recognised elsewhere.
-    assert not is_missing(hidden(HIDDEN_FRAMES, 0.0))
+    assert is_missing(hidden(HIDDEN_FRAMES))
+    assert not is_missing(hidden(HIDDEN_FRAMES - 1))
+
+
+def test_what_was_never_seen_waits_for_what_is_lost(table, no_mug):
+    unseen = {"state": TrackState.OCCLUDED, "missed_frames": HIDDEN_FRAMES, "usual_nats": 0.0}
+    task = table.task(no_mug, "mug-1", **unseen, searched_ns=-3 * SEARCH_PERIOD_NS)
+    _, alone = redetect([task], None, budget_ms=1.0)
+    assert alone is not None
+    assert alone.task.model is task.model
+    lost = table.task(no_mug, "box-1", **LOST, searched_ns=-2 * SEARCH_PERIOD_NS)
+    for begun in (None, alone):
+        _, search = redetect([task, lost], begun, budget_ms=1.0)
+        assert search is not None
+        assert search.task.model is lost.model
+
+
+@pytest.mark.parametrize("shows_all", [True, False])
+def test_what_was_never_seen_comes_out_only_where_all_of_it_shows(
+    table, mug_elsewhere, monkeypatch, shows_all
+):
+    scene, now = mug_elsewhere
+    unseen = {"state": TrackState.OCCLUDED, "missed_frames": HIDDEN_FRAMES, "usual_nats": 0.0}
+    task = table.task(scene, "mug-1", **unseen)
+    monkeypatch.setattr("tracking.follow.redetection.is_sure", lambda rate: shows_all)
+    found = redetect_all([task])["mug-1"]
+    assert (apart(found.world_from_object, now)[0] < 0.01) == shows_all
+    assert (found.state is TrackState.OCCLUDED) != shows_all
 
 
 @pytest.mark.parametrize(
