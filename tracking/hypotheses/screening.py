@@ -43,13 +43,13 @@ class Rough(NamedTuple):
 
     Attributes:
         nats: of its rough likelihood.
-        pose: `world_from_object`.
+        world_from_object: the pose.
         lens: that shows it.
         rate: nats of an independent sample.
     """
 
     nats: float
-    pose: Pose
+    world_from_object: Pose
     lens: int
     rate: float
 
@@ -150,14 +150,14 @@ def align_roughly(
     scene: Scene, model: TrackModel, looks: Sequence[LensLook], rough: Rough
 ) -> Rough:
     """A rough pose after its alignment, if that made it likelier."""
-    pose, lens = rough.pose, rough.lens
+    pose, lens = rough.world_from_object, rough.lens
     moved = align(_level(looks[lens], model, pose), model, pose, scene)
     return max(rough, score_roughly(scene, model, looks, moved, lens), key=lambda item: item.nats)
 
 
 def of_all_places(model: TrackModel, rough: Sequence[Rough]) -> list[Rough]:
     """The first rough poses, no more of one place than another could need."""
-    places = np.array([item.pose.translation for item in rough]).reshape(-1, 3)
+    places = np.array([item.world_from_object.translation for item in rough]).reshape(-1, 3)
     beside = np.zeros(len(rough), dtype=np.int64)
     chosen: list[Rough] = []
     for index, item in enumerate(rough):

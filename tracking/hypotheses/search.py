@@ -166,20 +166,18 @@ def _less(item: Turned, shade_nats: float) -> Turned:
 def best_places(model: TrackModel, rough: Sequence[Rough]) -> list[Pose]:
     """The first pose of each of the first places."""
     best: list[Pose] = []
-    for item in rough:
-        is_new = not any(_is_beside(model, item.pose, other) for other in best)
-        if len(best) < COMPARED and is_new:
-            best.append(item.pose)
+    for pose in (item.world_from_object for item in rough):
+        if len(best) < COMPARED and not any(_is_beside(model, pose, other) for other in best):
+            best.append(pose)
     return best
 
 
 def _aligned_here(model: TrackModel, rough: Sequence[Rough], pose: Pose) -> list[Pose]:
     """The best rough poses at a place, each yaw once."""
     here: list[Pose] = []
-    for item in rough:
-        is_here = _is_beside(model, item.pose, pose)
-        if is_here and all(is_other(model, item.pose, other) for other in here):
-            here.append(item.pose)
+    for other in (item.world_from_object for item in rough):
+        if _is_beside(model, other, pose) and all(is_other(model, other, q) for q in here):
+            here.append(other)
     return here[:TURNED]
 
 

@@ -192,7 +192,7 @@ def test_many_good_poses_of_one_place_do_not_crowd_out_another(table):
     assert len(chosen) == ALIGNED_AT_A_PLACE + 1
     assert chosen[0] == crowd[0]
     # However unlikely it roughly is, its place is compared by the likelihood itself.
-    assert best_places(model, chosen) == [crowd[0].pose, right.pose]
+    assert best_places(model, chosen) == [crowd[0].world_from_object, right.world_from_object]
 
 
 def test_what_shows_all_of_a_small_object_ranks_beside_what_shows_half_of_a_large_one():
