@@ -61,14 +61,21 @@ RESOLVED_NATS = 0.2
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ObjectWindow:
-    """An object's window about a place."""
+    """An object's window about a place.
+
+    Attributes:
+        evidence: the window.
+        observation: of it.
+        shade_nats: nats at this place for which another light on the room accounts as well.
+    """
 
     evidence: Evidence
     observation: Observation
+    shade_nats: float = 0.0
 
 
 Turned = tuple[float, Pose, ObjectWindow]
-"""Nats of an aligned pose, the pose, and the window it was compared in."""
+"""Nats of an aligned pose less those of a shade, the pose, and the window it was compared in."""
 
 
 def search(
@@ -131,36 +138,36 @@ def _turn_at_best_places(
     budget: FrameBudget,
 ) -> list[Turned]:
     """Poses at the likeliest places, at all yaws that may be right, aligned in their windows."""
-    compared: list[tuple[Turned, float]] = []
+    compared: list[Turned] = []
     for pose in best_places(model, rough):
         window = budget.do(Step.GATHER, window_about, scene, model, neighbours, pose)
         aligned = budget.do(Step.ALIGN, align_in_window, scene, model, window, pose)
-        shade_nats = budget.do(Step.SUPPORT, nats_of_shade, scene, model, aligned=aligned)
-        compared.append((_less(aligned, shade_nats), shade_nats))
-    compared.sort(key=lambda item: -item[0][0])
+        compared.append(budget.do(Step.SUPPORT, less_shade, scene, model, aligned=aligned))
+    compared.sort(key=lambda item: -item[0])
     turned: list[Turned] = []
-    for here, shade_nats in compared[:TURNED]:
-        nats, pose, window = here
-        if nats < compared[0][0][0] - HOPELESS_NATS:
+    for nats, pose, window in compared[:TURNED]:
+        if nats < compared[0][0] - HOPELESS_NATS:
             break
         likeliest = _likeliest_yaws(scene, model, window, pose, budget)
-        turned.append(here)
+        turned.append((nats, pose, window))
         for start in [*_aligned_here(model, rough, pose), *likeliest]:
-            aligned = budget.do(Step.ALIGN, align_in_window, scene, model, window, start)
-            turned.append(_less(aligned, shade_nats))
+            turned.append(budget.do(Step.ALIGN, align_in_window, scene, model, window, start))
     return turned
 
 
-def nats_of_shade(scene: Scene, model: TrackModel, *, aligned: Turned) -> float:
-    """Nats of a pose for which a shade of the room would account as well."""
+def less_shade(scene: Scene, model: TrackModel, *, aligned: Turned) -> Turned:
+    """The first pose that is aligned in a window, less what a shade of the room accounts for."""
     nats, pose, window = aligned
+    shade_nats = _shade_nats(scene, model, nats=nats, world_from_object=pose, window=window)
+    return nats - shade_nats, pose, replace(window, shade_nats=shade_nats)
+
+
+def _shade_nats(
+    scene: Scene, model: TrackModel, *, nats: float, world_from_object: Pose, window: ObjectWindow
+) -> float:
+    """Of the nats of a pose those for which another light on the room accounts as well."""
     observation = replace(window.observation, in_any_light=True)
-    return nats - pose_support(observation, model, pose, scene.renderer).nats
-
-
-def _less(item: Turned, shade_nats: float) -> Turned:
-    nats, pose, window = item
-    return nats - shade_nats, pose, window
+    return nats - pose_support(observation, model, world_from_object, scene.renderer).nats
 
 
 def best_places(model: TrackModel, rough: Sequence[Rough]) -> list[Pose]:
@@ -226,8 +233,8 @@ def align_in_window(
     observation = window.observation
     poses = (world_from_start, align_coarsely(observation, model, world_from_start, scene))
     found = pose_supports(observation, model, poses=poses, renderer=scene.renderer)
-    tried = [(support.nats, pose, window) for support, pose in zip(found, poses, strict=True)]
-    return max(tried, key=lambda item: item[0])
+    support, pose = max(zip(found, poses, strict=True), key=lambda item: item[0].nats)
+    return support.nats - window.shade_nats, pose, window
 
 
 def _refine_likeliest(
@@ -280,9 +287,7 @@ def judge_in_any_light(
         pose, nats = hypothesis.world_from_object, hypothesis.support.nats
         here = [lost for other, lost in lost_nats if _is_beside(model, pose, other)]
         if not here:
-            observation = replace(window.observation, in_any_light=True)
-            support = pose_support(observation, model, pose, scene.renderer)
-            here = [nats - support.nats]
+            here = [_shade_nats(scene, model, nats=nats, world_from_object=pose, window=window)]
             lost_nats.append((pose, here[0]))
         support = replace(hypothesis.support, nats=nats - here[0])
         judged.append(replace(hypothesis, support=support))

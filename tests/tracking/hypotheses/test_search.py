@@ -39,7 +39,7 @@ from tracking.hypotheses.screening import (
 from tracking.hypotheses.search import (
     align_in_window,
     best_places,
-    nats_of_shade,
+    less_shade,
     search,
     window_about,
 )
@@ -223,9 +223,12 @@ def test_other_light_on_a_table_accounts_for_a_place_and_not_for_a_mug_there(
         frame=replace(frame, images=lit_images),
         exposures=LensExposures(lit_images, table.background),
     )
-    mug, light = (
-        align_in_window(here, model, window_about(here, model, beside, now), now)
-        for here in (scene, lit)
-    )
-    assert nats_of_shade(scene, model, aligned=mug) < 0.2 * mug[0]
-    assert nats_of_shade(lit, model, aligned=light) > max(light[0], 3.0)
+
+    def aligned_in(scene):
+        window = window_about(scene, model, beside, now)
+        return less_shade(scene, model, aligned=align_in_window(scene, model, window, now))
+
+    (mug_nats, _, mug), (light_nats, _, light) = aligned_in(scene), aligned_in(lit)
+    assert mug_nats > 4.0 * mug.shade_nats
+    assert light_nats < 0.0
+    assert light.shade_nats > 3.0
