@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import chain
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,7 +38,8 @@ ALIGNED_AT_A_PLACE = 3
 with the silhouette, right or wrong."""
 
 
-class Rough(NamedTuple):
+@dataclass(frozen=True, slots=True, eq=False)
+class Rough:
     """A rough pose.
 
     Attributes:
