@@ -22,10 +22,8 @@ from scenes.state import Annotation, Avatar
 from sim.bodies import Placement, body_of_object
 from sim.camera.camera360 import Camera360, CameraView, default_rig
 from sim.camera.sensor import Sensor
-from sim.faults.bump import Bump
+from sim.faults.device import Bump, Freeze, HeadsetOff
 from sim.faults.fault import LightFault, Passage, WayFault
-from sim.faults.freeze import Freeze
-from sim.faults.headset_off import HeadsetOff
 from sim.faults.occluder import Occluder, panel_body, panel_id, panel_placement
 from sim.faults.settings import changes_in_words
 from sim.faults.twins import Twins, with_twins

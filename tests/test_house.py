@@ -22,8 +22,8 @@ MAX_FUNCTION_LINES = 60
 MAX_FOLDER_FILES = 16
 MAX_PAGE_LINES = 160
 MAX_POSITIONAL = 2
-A_FILE_EACH = ("sim/faults", "scenes/formats", "scenes/samples")
-"""Folders of a file a fault, format or room: those may be larger."""
+A_FILE_EACH = ("scenes/formats", "scenes/samples")
+"""Folders of a file a format or room: those may be larger."""
 
 RIDDLE = re.compile(r"(What|Where|Which|Who|Whose)\b")
 """How no docstring begins: its first line says what something returns or does."""

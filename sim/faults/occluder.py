@@ -15,8 +15,7 @@ from scenes.frames import look_at
 from scenes.mesh import PhysicalObject, TexturedMesh
 from scenes.pose import Pose
 from sim.bodies import Body, BodyPart, Placement
-from sim.faults.fault import Fault, Stage, misfit_of_object
-from sim.faults.span import Span, read_span
+from sim.faults.fault import Fault, Span, Stage, misfit_of_object, read_span
 from sim.tables import Table
 
 MAX_SHARE = 0.9

@@ -7,19 +7,12 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 from scenes.mesh import PhysicalRoom
-from sim.faults.blur import Blur
-from sim.faults.bump import Bump
-from sim.faults.clock_drift import ClockDrift
-from sim.faults.delay import Delay
-from sim.faults.exposure import Exposure
+from sim.faults.device import Bump, Freeze, HeadsetOff
 from sim.faults.fault import Fault, Stage
-from sim.faults.freeze import Freeze
-from sim.faults.headset_off import HeadsetOff
-from sim.faults.hidden_code import HiddenCode
-from sim.faults.loss import Burst, Loss
+from sim.faults.light import Blur, Exposure, WhiteBalance
 from sim.faults.occluder import Occluder
 from sim.faults.twins import Twins
-from sim.faults.white_balance import WhiteBalance
+from sim.faults.way import Burst, ClockDrift, Delay, HiddenCode, Loss
 from sim.tables import ScenarioError, Table
 
 NUMBERS: tuple[type[Fault], ...] = (Loss, Delay, Bump, ClockDrift)

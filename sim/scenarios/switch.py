@@ -7,11 +7,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 
 from scenes.mesh import PhysicalRoom
-from sim.faults.bump import Bump
-from sim.faults.delay import Delay
+from sim.faults.device import Bump
 from sim.faults.fault import Fault
-from sim.faults.loss import Loss
 from sim.faults.twins import Twins
+from sim.faults.way import Delay, Loss
 from sim.scenarios.actions import Action
 from sim.scenarios.scenario import RemoteSettings, Scenario, validate_scenario
 from sim.tables import ScenarioError

@@ -10,10 +10,9 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any, cast
 
-from sim.faults.bump import Bump
-from sim.faults.exposure import Exposure
-from sim.faults.fault import Fault
-from sim.faults.span import Span
+from sim.faults.device import Bump
+from sim.faults.fault import Fault, Span
+from sim.faults.light import Exposure
 from sim.timed_fault import (
     FaultError,
     FaultRange,

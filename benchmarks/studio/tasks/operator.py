@@ -26,8 +26,8 @@ MOVED_M, SEEN_BAR_S = 0.05, 2.0
 
 BUMP_S, BUMPED_SESSION_S = 2.0, 6.0
 BUMPS = {"": (0.6, 0.5), ".slight": (0.3, 0.0), ".strong": (2.0, 3.0), ".hardest": (3.0, 5.0)}
-"""Degrees and centimetres by the rows' names: as usual (`sim.faults.bump`), and lighter and harder
-ones. Before two of them a chair is being pushed, and the light changes with the bump."""
+"""Degrees and centimetres by the rows' names: as usual (`sim.faults.device`), and lighter and
+harder ones. Before two of them a chair is being pushed, and the light changes with the bump."""
 
 STILL_M = 1e-3
 """What truly moved by less lies still."""

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from devices.video import H264Encoder
 from scenes.mesh import PhysicalRoom
+from sim.faults.device import Freeze
 from sim.faults.fault import Fault, WayFault
-from sim.faults.freeze import Freeze
 from sim.faults.settings import Faults
 from sim.reality.scanned import Scanned
 from sim.rehearsal import SimulatedStep, simulate

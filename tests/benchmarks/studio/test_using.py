@@ -4,7 +4,7 @@ import pytest
 
 from benchmarks.studio.soaking import scenario_of
 from benchmarks.studio.using import FORK_S, LATER, SESSION_S, memory_rows, use_rows
-from sim.faults.exposure import Exposure
+from sim.faults.light import Exposure
 from sim.scenarios.scenario import parse_scenario
 from studio.console.display import why_no_window
 

@@ -5,10 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sim.faults.blur import Blur, stroke_kernel
-from sim.faults.exposure import Exposure
-from sim.faults.light import gain_curve, with_gains
-from sim.faults.white_balance import WhiteBalance
+from sim.faults.light import Blur, Exposure, WhiteBalance, gain_curve, stroke_kernel, with_gains
 
 POINT = np.zeros((61, 61, 3), np.uint8)
 POINT[30, 30] = 255

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sim.faults.bump import Bump
-from sim.faults.exposure import Exposure
+from sim.faults.device import Bump
+from sim.faults.light import Exposure
 from sim.timed_fault import FaultError
 from sim.wire.faults import (
     RANGES,

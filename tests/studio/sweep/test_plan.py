@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from sim.faults.blur import Blur
+from sim.faults.light import Blur
 from sim.faults.occluder import Occluder
 from sim.scenarios.scenario import load_scenario, parse_scenario
 from sim.tables import ScenarioError

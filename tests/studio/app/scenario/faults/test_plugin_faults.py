@@ -6,9 +6,8 @@ from types import MappingProxyType
 
 import pytest
 
-from sim.faults.fault import LightFault
+from sim.faults.fault import LightFault, read_span
 from sim.faults.settings import read_faults
-from sim.faults.span import read_span
 from sim.tables import ScenarioError, Table
 from studio.app.model.documents.document import Document
 from studio.app.model.offered import Offered
