@@ -6,9 +6,9 @@ from fractions import Fraction
 import av
 import numpy as np
 
-from devices.insta360.metadata import new_metadata, write_metadata
-from devices.insta360.offsets import LensV3, OffsetsV3, write_offsets
-from devices.insta360.trailer import METADATA, PROTOBUF, Trailer, write_trailer
+from devices.insta360.files.metadata import new_metadata, write_metadata
+from devices.insta360.files.offsets import LensV3, OffsetsV3, write_offsets
+from devices.insta360.files.trailer import METADATA, PROTOBUF, Trailer, write_trailer
 
 XI = 2.0
 """As in the published X5's string."""

@@ -38,8 +38,29 @@ from devices.insta360.commands import (
     start_live,
 )
 from devices.insta360.errors import CameraProtocolError
-from devices.insta360.metadata import Metadata, new_metadata, read_metadata, write_metadata
-from devices.insta360.offsets import OffsetError, read_offsets, write_offsets
+from devices.insta360.files.metadata import Metadata, new_metadata, read_metadata, write_metadata
+from devices.insta360.files.offsets import OffsetError, read_offsets, write_offsets
+from devices.insta360.files.samples import (
+    Exposures,
+    GyroSamples,
+    read_exposures,
+    read_gyro,
+    write_exposures,
+    write_gyro,
+)
+from devices.insta360.files.trailer import (
+    BINARY,
+    EXPOSURE,
+    METADATA,
+    PROTOBUF,
+    THUMBNAIL,
+    Record,
+    Trailer,
+    TrailerError,
+    read_trailer_of,
+    trailer_bytes,
+)
+from devices.insta360.files.trailer import GYRO as GYRO_RECORD
 from devices.insta360.osc import exchange
 from devices.insta360.osc_replies import (
     read_command,
@@ -61,27 +82,6 @@ from devices.insta360.packets import (
     encode,
 )
 from devices.insta360.protobuf import ProtobufError, message, read_message
-from devices.insta360.samples import (
-    Exposures,
-    GyroSamples,
-    read_exposures,
-    read_gyro,
-    write_exposures,
-    write_gyro,
-)
-from devices.insta360.trailer import (
-    BINARY,
-    EXPOSURE,
-    METADATA,
-    PROTOBUF,
-    THUMBNAIL,
-    Record,
-    Trailer,
-    TrailerError,
-    read_trailer_of,
-    trailer_bytes,
-)
-from devices.insta360.trailer import GYRO as GYRO_RECORD
 from sim.wire.hostile import hostile_bytes
 from sim.wire.osc_camera import OscCamera
 from sim.wire.rtsp.requests import Request, RequestReader, RtspError, interleaved

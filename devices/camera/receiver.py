@@ -25,8 +25,8 @@ from devices.camera.units import (
     Unit,
 )
 from devices.clock import Clock
-from devices.insta360.lens_rig import CarriedLenses, read_carried
-from devices.insta360.offsets import OffsetError
+from devices.insta360.files.lens_rig import CarriedLenses, read_carried
+from devices.insta360.files.offsets import OffsetError
 from devices.messages import EncodedFrame, Event
 from devices.streams import Slot, StreamClosedError, StreamFullError
 from scenes.workers.task import Task

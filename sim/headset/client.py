@@ -28,8 +28,8 @@ from sim.headset.faults import HeadsetFault, HeadsetState, headset_state
 from sim.headset.hearing import Hearing
 from sim.headset.moves import Moves, filmed, place_in_film
 from sim.headset.room_download import RoomDownload
-from sim.headset.speech import NO_SPEECH, Speaking, Speech
 from sim.headset.tally import Tally
+from sim.headset.voice.speech import NO_SPEECH, Speaking, Speech
 
 if TYPE_CHECKING:
     from sim.headset.scripted import Script, ScriptedPerson

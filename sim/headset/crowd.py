@@ -14,8 +14,8 @@ from sim.headset.client import RATE_HZ, ClientPlan, HeadsetClient
 from sim.headset.connection import HubAddress, HubRefusedError
 from sim.headset.faults import HeadsetFault
 from sim.headset.moves import Moves
-from sim.headset.speech import NO_SPEECH, Speech
 from sim.headset.tally import Tally
+from sim.headset.voice.speech import NO_SPEECH, Speech
 
 if TYPE_CHECKING:
     from sim.headset.scripted import Script

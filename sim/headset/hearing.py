@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from devices.hub.wire import WireError, decode_body, unpack_bodies
 from sim.headset.connection import HubConnection
-from sim.headset.speech import Speaking
 from sim.headset.tally import Tally
+from sim.headset.voice.speech import Speaking
 
 if TYPE_CHECKING:
     from sim.headset.scripted import ScriptedPerson

@@ -7,8 +7,8 @@ from itertools import islice
 from pathlib import Path
 
 from devices.footage import FilmedBy, FootageError, lens_size_px, read_footage
-from devices.insta360.lens_rig import read_carried
-from devices.insta360.offsets import OffsetError
+from devices.insta360.files.lens_rig import read_carried
+from devices.insta360.files.offsets import OffsetError
 from scenes.cameras import Rig
 from scenes.package import ScenePackage
 from scenes.render.renderer import Renderer

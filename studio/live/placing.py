@@ -11,8 +11,8 @@ from devices.camera.lenses.lens_pictures import assumed_rig, own_lens_size_px, s
 from devices.camera.lenses.search import FoundLayout, find_layout
 from devices.camera.received import Received
 from devices.footage import read_camera
-from devices.insta360.lens_rig import CarriedLenses
-from devices.insta360.offsets import OffsetError
+from devices.insta360.files.lens_rig import CarriedLenses
+from devices.insta360.files.offsets import OffsetError
 from devices.messages import Frame
 from devices.session_info import LiveStream
 from scenes.cameras import Rig

@@ -129,7 +129,7 @@ def _plan(args: argparse.Namespace) -> CrowdPlan:
     from sim.headset.connection import HubAddress
     from sim.headset.crowd import CrowdPlan
     from sim.headset.faults import read_headset_faults
-    from sim.headset.speech import Speech
+    from sim.headset.voice.speech import Speech
 
     scripts = () if args.scenario is None else _scripts(args.scenario)
     return CrowdPlan(

@@ -33,7 +33,7 @@ def run(args: argparse.Namespace) -> int:
         ValueError, OSError: an answer is not possible, or a file cannot be written.
     """
     from studio.study.folder import Answers, StudyFolder
-    from studio.study.scoring import scores
+    from studio.study.results.scoring import scores
 
     folder = StudyFolder(args.folder)
     participant, _, number = args.who.upper().partition("-")

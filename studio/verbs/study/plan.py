@@ -23,7 +23,7 @@ def run(args: argparse.Namespace) -> int:
     from scenes.formats.storage.atomic import write_file
     from studio.study.folder import StudyFolder
     from studio.study.printing import FORMS, order_rows, write_forms
-    from studio.study.tables import as_csv
+    from studio.study.results.tables import as_csv
 
     folder = StudyFolder(args.folder)
     plan = args.folder / PLAN

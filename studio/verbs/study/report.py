@@ -20,8 +20,8 @@ def run(args: argparse.Namespace) -> int:
     """
     from scenes.opening import open_scene
     from studio.study.folder import StudyFolder
-    from studio.study.report import write_study_report
-    from studio.study.tables import tables_of, write_tables
+    from studio.study.results.report import write_study_report
+    from studio.study.results.tables import tables_of, write_tables
 
     folder = StudyFolder(args.folder)
     done = {ended.task for ended in folder.ended()}

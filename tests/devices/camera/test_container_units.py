@@ -12,8 +12,8 @@ from devices.camera.received import CameraState
 from devices.camera.receiver import CameraReceiver
 from devices.camera.units import SourceError
 from devices.clock import WallClock
-from devices.insta360.metadata import new_metadata, write_metadata
-from devices.insta360.trailer import METADATA, PROTOBUF, Record, Trailer, write_trailer
+from devices.insta360.files.metadata import new_metadata, write_metadata
+from devices.insta360.files.trailer import METADATA, PROTOBUF, Record, Trailer, write_trailer
 from tests.pushed_camera import draw_number, read_number
 
 SIZE = (160, 160)

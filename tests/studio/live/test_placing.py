@@ -10,7 +10,7 @@ from benchmarks.wire.fuzz import OFFSET_V1, OFFSET_V3
 from devices.camera.address import parse_address
 from devices.camera.lenses.layout import Arrangement, LensLayout
 from devices.camera.received import Received
-from devices.insta360.lens_rig import CarriedLenses
+from devices.insta360.files.lens_rig import CarriedLenses
 from studio.live.placing import place_camera
 from studio.live.setup import LiveSetup, Place
 from tests.stream_pictures import picture_from_rgb

@@ -20,8 +20,8 @@ from studio.live.people.hosting import Hosting
 from studio.live.setup import LiveSetup, Place
 from studio.session import opening
 from studio.study import trial
-from studio.study.report import write_study_report
-from studio.study.tables import tables_of, write_tables
+from studio.study.results.report import write_study_report
+from studio.study.results.tables import tables_of, write_tables
 from studio.study.trial import BEGUN, ENDED, Director, Stage, play_trial
 from tests.pushed_camera import FedPicture, RtmpPush, StreamOptions
 

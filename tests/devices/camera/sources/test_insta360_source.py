@@ -16,7 +16,7 @@ from devices.camera.sources.insta360_source import Insta360Source
 from devices.camera.units import Idle, SourceError, Unit
 from devices.clock import WallClock
 from devices.insta360.commands import CameraInfo
-from devices.insta360.lens_rig import CarriedLenses
+from devices.insta360.files.lens_rig import CarriedLenses
 from devices.video import H264Encoder
 from sim.wire.preview_server import PreviewFaults, PreviewServer
 from tests.pushed_camera import numbered_pictures, read_number

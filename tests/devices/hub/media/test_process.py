@@ -11,8 +11,8 @@ pytest.importorskip("aiortc")
 
 from devices.hub.media import frames, process
 from devices.hub.media.process import MediaProcess
-from sim.headset.voice import ToneVoice, decoded
-from sim.headset.voice_peer import VoicePeer
+from sim.headset.voice.peer import VoicePeer
+from sim.headset.voice.tone import ToneVoice, decoded
 
 SECONDS = 120.0
 

@@ -6,12 +6,12 @@ import math
 import numpy as np
 import pytest
 
-from studio.study import paper
 from studio.study.folder import Answers
 from studio.study.printing import forms_page, order_rows, write_forms
-from studio.study.report import measure_title, study_report, words_of
-from studio.study.statistics import compared
-from studio.study.tables import KEYS, MEASURES, Tables, codebook, columns_of, write_tables
+from studio.study.results import paper
+from studio.study.results.report import measure_title, study_report, words_of
+from studio.study.results.statistics import compared
+from studio.study.results.tables import KEYS, MEASURES, Tables, codebook, columns_of, write_tables
 
 
 @pytest.fixture

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from benchmarks.wire.fuzz import OFFSET_V1, OFFSET_V2, OFFSET_V3
 from devices.footage import FilmedBy, read_footage
-from devices.insta360.metadata import (
+from devices.insta360.files.metadata import (
     FIRMWARE,
     SERIAL,
     Metadata,
@@ -22,9 +22,8 @@ from devices.insta360.metadata import (
     read_metadata,
     write_metadata,
 )
-from devices.insta360.offsets import read_offsets
-from devices.insta360.protobuf import bytes_field, message, varint_field
-from devices.insta360.samples import (
+from devices.insta360.files.offsets import read_offsets
+from devices.insta360.files.samples import (
     Exposures,
     GyroSamples,
     read_exposures,
@@ -32,7 +31,7 @@ from devices.insta360.samples import (
     write_exposures,
     write_gyro,
 )
-from devices.insta360.trailer import (
+from devices.insta360.files.trailer import (
     BINARY,
     EXPOSURE,
     GYRO,
@@ -49,6 +48,7 @@ from devices.insta360.trailer import (
     trailer_bytes,
     write_trailer,
 )
+from devices.insta360.protobuf import bytes_field, message, varint_field
 from scenes.cameras import Fisheye, Rig
 from scenes.formats.storage.atomic import WriteError
 from scenes.pose import Pose

@@ -9,7 +9,8 @@ from scenes.frames import look_at
 from scenes.pose import Pose
 from scenes.state import Annotation, Avatar, TrackedObject, TrackState
 from studio.study.folder import Ended
-from studio.study.measures import (
+from studio.study.plan import Goal, GoalKind, Target
+from studio.study.results.measures import (
     attending_measures,
     end_measures,
     gathered,
@@ -18,7 +19,6 @@ from studio.study.measures import (
     moving_measures,
     putting_measures,
 )
-from studio.study.plan import Goal, GoalKind, Target
 
 SECOND = 10**9
 ENDED = Ended("ABC1-1", "ABC1", 1, "live", "layout", "p1", 10 * SECOND, 20 * SECOND, "reached",

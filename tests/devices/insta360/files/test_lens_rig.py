@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 from benchmarks.wire.fuzz import OFFSET_V1, OFFSET_V2, OFFSET_V3
-from devices.insta360.lens_rig import MAX_ANGLE_RAD, CarriedLenses, read_carried
-from devices.insta360.metadata import WindowCrop, new_metadata, write_metadata
-from devices.insta360.offsets import OffsetError, read_offsets, write_offsets
-from devices.insta360.trailer import METADATA, PROTOBUF, Trailer, write_trailer
+from devices.insta360.files.lens_rig import MAX_ANGLE_RAD, CarriedLenses, read_carried
+from devices.insta360.files.metadata import WindowCrop, new_metadata, write_metadata
+from devices.insta360.files.offsets import OffsetError, read_offsets, write_offsets
+from devices.insta360.files.trailer import METADATA, PROTOBUF, Trailer, write_trailer
 from scenes.cameras import Fisheye, Rig
 from scenes.frames import FRONT_FROM_BACK_LENS
 from scenes.pose import Pose

@@ -13,10 +13,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.insta360.metadata import WindowCrop, read_metadata
-from devices.insta360.offsets import LensV3, OffsetError, OffsetsV3, read_offsets
+from devices.insta360.files.metadata import WindowCrop, read_metadata
+from devices.insta360.files.offsets import LensV3, OffsetError, OffsetsV3, read_offsets
+from devices.insta360.files.trailer import METADATA, TrailerError, read_trailer
 from devices.insta360.protobuf import ProtobufError
-from devices.insta360.trailer import METADATA, TrailerError, read_trailer
 from scenes.cameras import Fisheye, Rig
 from scenes.frames import FRONT_FROM_BACK_LENS
 from scenes.pose import Pose

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from studio.evaluate.figures import COLOURS, INK, as_svg, figure_style
-from studio.study.statistics import described
+from studio.study.results.statistics import described
 
 JITTER = 0.05
 """How far apart the same values are drawn, as a share of the distance of two conditions."""

@@ -3,7 +3,7 @@
 import pytest
 
 from studio.study.questionnaires import ABOUT, KNOWN, PAPER_PRESENCE, PRESENCE, SUS, TLX_PAIRS
-from studio.study.scoring import BETTER, scores
+from studio.study.results.scoring import BETTER, scores
 
 TLX = {
     "mental": "70", "physical": "10", "temporal": "40",

@@ -9,12 +9,12 @@ from pathlib import Path
 
 from scenes.formats.storage.atomic import write_file
 from studio.reports.page import page
-from studio.study import paper
 from studio.study.folder import StudyFolder
-from studio.study.plots import answers_plot, condition_plot
-from studio.study.scoring import BETTER
-from studio.study.statistics import CONFIDENCE, Compared, compared, described, with_holm
-from studio.study.tables import MEASURES, Tables
+from studio.study.results import paper
+from studio.study.results.plots import answers_plot, condition_plot
+from studio.study.results.scoring import BETTER
+from studio.study.results.statistics import CONFIDENCE, Compared, compared, described, with_holm
+from studio.study.results.tables import MEASURES, Tables
 
 REPORT = "report.html"
 """Name of the page in a study's folder."""

@@ -11,8 +11,8 @@ from pathlib import Path
 from scenes.formats.storage.atomic import write_file
 from scenes.state import ObjectModel
 from studio.study.folder import RECORDING, Answers, Ended, StudyFolder
-from studio.study.measures import Measure, measured
-from studio.study.scoring import Direction, scores
+from studio.study.results.measures import Measure, measured
+from studio.study.results.scoring import Direction, scores
 
 TABLES = "tables"
 """Folder of the tables in a study's folder."""

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.insta360.metadata import STANDARD_GRAVITY_M_S2, Metadata
-from devices.insta360.trailer import TrailerError
+from devices.insta360.files.metadata import STANDARD_GRAVITY_M_S2, Metadata
+from devices.insta360.files.trailer import TrailerError
 
 _RAW = np.dtype([("t", "<u8"), ("accel", "<u2", 3), ("gyro", "<u2", 3)])
 _FLOAT = np.dtype([("t", "<u8"), ("accel", "<f8", 3), ("gyro", "<f8", 3)])

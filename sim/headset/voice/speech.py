@@ -14,8 +14,8 @@ from sim.headset.connection import HubConnection
 from sim.headset.tally import Tally
 
 if TYPE_CHECKING:  # who does not speak needs no codec
-    from sim.headset.voice import ToneVoice
-    from sim.headset.voice_peer import VoicePeer
+    from sim.headset.voice.peer import VoicePeer
+    from sim.headset.voice.tone import ToneVoice
 
 MAX_TIME = 0x1_0000_0000
 """Times of voices begin anew after so many samples: a day."""
@@ -139,7 +139,7 @@ class Speaking:
         await self._connection.send(said)
 
     async def _offer(self) -> None:
-        from sim.headset.voice_peer import VoicePeer  # the extra `people-media`
+        from sim.headset.voice.peer import VoicePeer  # the extra `people-media`
 
         media: dict[str, Any] = self._connection.welcome["media"]
         self._peer = VoicePeer(
@@ -161,6 +161,6 @@ def _now() -> int:
 
 
 def _voice_of(seed: int) -> ToneVoice:
-    from sim.headset.voice import ToneVoice
+    from sim.headset.voice.tone import ToneVoice
 
     return ToneVoice(seed)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from studio.study.statistics import (
+from studio.study.results.statistics import (
     compared,
     concordance,
     described,

@@ -10,7 +10,7 @@ from devices.hub.contract import Asset, HubSettings
 from devices.hub.server import Hub
 from sim.headset.connection import HubAddress
 from sim.headset.crowd import CrowdPlan
-from sim.headset.speech import NO_SPEECH, Speech
+from sim.headset.voice.speech import NO_SPEECH, Speech
 from tests.sim.headset.conftest import lasting, play
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from devices.hub.media.voice_wire import opus_samples
-from sim.headset.voice import LEVEL_DB, MOMENT, SILENT, SPOKEN, ToneVoice, decoded, spoken_tone
+from sim.headset.voice.tone import LEVEL_DB, MOMENT, SILENT, SPOKEN, ToneVoice, decoded, spoken_tone
 
 
 def test_it_is_a_tone_of_its_level():

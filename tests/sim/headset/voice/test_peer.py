@@ -10,8 +10,8 @@ pytest.importorskip("aiortc")
 from aiortc.mediastreams import MediaStreamError
 
 from devices.hub.media.offer import read_offer
-from sim.headset.voice import ToneVoice
-from sim.headset.voice_peer import ToneTrack, VoicePeer
+from sim.headset.voice.peer import ToneTrack, VoicePeer
+from sim.headset.voice.tone import ToneVoice
 
 
 def test_its_offer_is_as_the_pages():

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from benchmarks.wire.fuzz import OFFSET_V1, OFFSET_V2, OFFSET_V3
-from devices.insta360.offsets import (
+from devices.insta360.files.offsets import (
     LensV1,
     LensV2,
     LensV3,

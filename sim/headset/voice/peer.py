@@ -17,7 +17,7 @@ from aiortc import (
 from aiortc.mediastreams import MediaStreamError, MediaStreamTrack
 
 from devices.hub.media.voice_wire import RATE_HZ
-from sim.headset.voice import MOMENT, MOMENT_S, ToneVoice
+from sim.headset.voice.tone import MOMENT, MOMENT_S, ToneVoice
 
 BUNDLED = RTCConfiguration(iceServers=[], bundlePolicy=RTCBundlePolicy.MAX_BUNDLE)
 """One port for all tracks, and no server that would see addresses."""
