@@ -18,7 +18,7 @@ from typing import Any
 import aiohttp
 import numpy as np
 
-from devices.hub.wire import BUNDLE_KIND, unpack_bodies
+from devices.hub.protocol.wire import BUNDLE_KIND, unpack_bodies
 from sim.wire.people_messages import valid_bodies
 
 STAMPS = struct.Struct("<IQ")

@@ -8,12 +8,12 @@ from random import Random
 
 from devices.hub.entities.board import Board
 from devices.hub.entry.tokens import Ticket, TokenRefused, Tokens
-from devices.hub.fields import MessageError, read_object
 from devices.hub.media.offer import OfferError, clean_offer, read_offer
 from devices.hub.media.voice_wire import Voice, decode_voice, encode_voice
-from devices.hub.messages import Do, OpError, clean_name, read_message
+from devices.hub.protocol.fields import MessageError, read_object
+from devices.hub.protocol.messages import Do, OpError, clean_name, read_message
+from devices.hub.protocol.wire import WireError, check_body, decode_body, pack_bodies, unpack_bodies
 from devices.hub.roles import Person, Role
-from devices.hub.wire import WireError, check_body, decode_body, pack_bodies, unpack_bodies
 from sim.wire.people_messages import valid_bodies, valid_texts
 
 PeopleTarget = tuple[tuple[bytes, ...], Callable[[bytes], object], tuple[type[Exception], ...]]

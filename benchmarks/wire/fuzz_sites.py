@@ -9,7 +9,7 @@ import numpy as np
 
 from benchmarks.wire.fuzz_people import PeopleTarget
 from devices.hub.entities.drawn import drawn_entity
-from devices.hub.messages import Do, Wish
+from devices.hub.protocol.messages import Do, Wish
 from devices.hub.roles import Op, Person, Role
 from devices.sites.channels import SiteBytesError
 from devices.sites.drawn import pack_item, read_item

@@ -4,8 +4,7 @@
 (connections), `site.py` (HTTP), `connection.py` (one client's WebSocket). Below them no socket:
 `session.py` (what is shared), `attendance.py` (people and their headsets), `roles.py` (rights),
 `elsewhere.py` (people of other hubs), `outbox.py` (what waits for a client) on `channels.py`
-(states, log, bodies, and the texts of rights and people) and `mesh.py` (surfaces that hide),
-`inbox.py` (what the program takes); `messages.py` `fields.py` (text read and checked), `wire.py`
-(head, hands and controllers in bytes). Rooms: `entry/` (codes, tokens, certificates), `entities/`
-(what people draw and put, and undo), `media/` (voice, video).
+(states, log, bodies, and the texts of rights and people), `inbox.py` (what the program takes).
+Rooms: `protocol/` (texts, bodies and surfaces as they travel), `entry/` (codes, tokens,
+certificates), `entities/` (what people draw and put, and undo), `media/` (voice, video).
 """

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field, replace
 
 from devices.hub.entry.rates import Bucket
 from devices.hub.entry.tokens import TOKEN_NS
-from devices.hub.messages import DeviceSaid
 from devices.hub.outbox import Outbox
+from devices.hub.protocol.messages import DeviceSaid
 from devices.hub.roles import Person, Role
 
 AWAY_NS = 30 * 10**9

@@ -13,8 +13,8 @@ import numpy as np
 
 from devices.hub.entities.board import Board
 from devices.hub.entities.drawn import DECIMALS, GLTF_FROM_WORLD
+from devices.hub.protocol.wire import pack_item
 from devices.hub.roles import SPEAK, Pen, Person, can_have_shapes, may_speak
-from devices.hub.wire import pack_item
 from scenes.frames import WORLD_FROM_GLTF
 from scenes.pose import Pose
 from scenes.state import SceneState, TrackedObject

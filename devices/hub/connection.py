@@ -14,10 +14,10 @@ from devices.clock import Clock
 from devices.hub.attendance import Visit
 from devices.hub.channels import to_text
 from devices.hub.entry.admission import Refused
-from devices.hub.fields import MessageError
 from devices.hub.media.voice_wire import VOICE_KIND
-from devices.hub.messages import MAX_TEXT_BYTES, Hello, OpError, read_message
 from devices.hub.outbox import Outbox
+from devices.hub.protocol.fields import MessageError
+from devices.hub.protocol.messages import MAX_TEXT_BYTES, Hello, OpError, read_message
 from devices.hub.session import Session
 
 HELLO_S = 10.0

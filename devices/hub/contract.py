@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from devices.hub.messages import Wish
+from devices.hub.protocol.messages import Wish
 from devices.hub.roles import Role
 from devices.messages import VoicePacket
 from scenes.state import Annotation, Avatar, LiveSurface, Placed

@@ -10,8 +10,8 @@ import numpy as np
 
 from devices.hub.contract import Arrived
 from devices.hub.entities.drawn import Drawn, Entity
+from devices.hub.protocol.wire import Body, decode_body
 from devices.hub.roles import Op, Person, Role
-from devices.hub.wire import Body, decode_body
 from scenes.frames import OPENGL_FROM_OPENCV, WORLD_FROM_GLTF
 from scenes.state import Annotation, Avatar, LiveSurface, Placed, is_there
 

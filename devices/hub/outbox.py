@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 from devices.hub.channels import BodyChannel, PictureChannel, StateChannel, to_text
 from devices.hub.media.voice_room import new_voices, take_voices
 from devices.hub.media.voice_wire import Voice
-from devices.hub.mesh import MeshChannel
-from devices.hub.wire import join_items
+from devices.hub.protocol.mesh import MeshChannel
+from devices.hub.protocol.wire import join_items
 
 MAX_TEXTS = 1000
 """Texts that wait, the log's among them; more and the client is dropped."""

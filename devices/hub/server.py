@@ -24,13 +24,13 @@ from devices.hub.entry.tokens import Tokens
 from devices.hub.inbox import Avatars
 from devices.hub.media.link import MediaLink, is_available
 from devices.hub.media.voice_room import link_to
-from devices.hub.mesh import Cell
-from devices.hub.messages import Do, Wish
 from devices.hub.port import Port, address_of, own_names, tls_of
+from devices.hub.protocol.mesh import Cell
+from devices.hub.protocol.messages import Do, Wish
+from devices.hub.protocol.wire import pack_picture
 from devices.hub.roles import Person, Role
 from devices.hub.session import Session
 from devices.hub.site import HEADERS, Site, is_loopback
-from devices.hub.wire import pack_picture
 from scenes.mesh import CollisionMesh
 from scenes.state import SceneState
 from scenes.workers.task import Task

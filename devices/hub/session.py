@@ -32,11 +32,12 @@ from devices.hub.entry.admission import Admission, Refused
 from devices.hub.entry.pairing import PairingCodes, PairingRefused
 from devices.hub.entry.rates import refusal_lines
 from devices.hub.entry.tokens import Tokens
-from devices.hub.fields import MessageError
 from devices.hub.media.signals import MediaSignal, OfferSignal
 from devices.hub.media.voice_room import VoiceRoom
-from devices.hub.mesh import MeshChannel
-from devices.hub.messages import (
+from devices.hub.outbox import Outbox, Sent
+from devices.hub.protocol.fields import MessageError
+from devices.hub.protocol.mesh import MeshChannel
+from devices.hub.protocol.messages import (
     DeviceSaid,
     Do,
     Hello,
@@ -46,9 +47,8 @@ from devices.hub.messages import (
     Wish,
     read_message,
 )
-from devices.hub.outbox import Outbox, Sent
+from devices.hub.protocol.wire import WireError, check_body, head_only
 from devices.hub.roles import Op, Person, Role, can_hold_pen
-from devices.hub.wire import WireError, check_body, head_only
 from scenes.state import SceneState
 
 MAX_FAULTS = 20

@@ -18,8 +18,8 @@ from devices.hub.channels import to_text
 from devices.hub.contract import Asset
 from devices.hub.entry.admission import Refused
 from devices.hub.entry.pairing import PairingRefused
-from devices.hub.fields import MessageError, read_object
-from devices.hub.messages import clean_name
+from devices.hub.protocol.fields import MessageError, read_object
+from devices.hub.protocol.messages import clean_name
 from devices.hub.session import Session
 
 MAX_PAIR_BYTES = 4096

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from devices.hub.mesh import Cell, MeshError, unpack_cell
+from devices.hub.protocol.mesh import Cell, MeshError, unpack_cell
 from devices.sites.channels import SiteBytesError
 from devices.transport.followed import LogNews
 from scenes.mesh import CollisionMesh

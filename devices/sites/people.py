@@ -7,9 +7,9 @@ import struct
 from collections.abc import Iterable, Mapping
 from typing import Any, cast
 
-from devices.hub.messages import clean_name
+from devices.hub.protocol.messages import clean_name
+from devices.hub.protocol.wire import MAX_BODY_BYTES, WireError, check_body
 from devices.hub.roles import Person, Role
-from devices.hub.wire import MAX_BODY_BYTES, WireError, check_body
 from devices.sites.channels import SiteBytesError
 
 MAX_ID = 120

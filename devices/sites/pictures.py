@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import struct
 
-from devices.hub.wire import MAX_PICTURE_BYTES
+from devices.hub.protocol.wire import MAX_PICTURE_BYTES
 from devices.sites.channels import MAX_NAME_BYTES, SiteBytesError
 
 JPEG = b"\xff\xd8\xff"

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from typing import Any, cast
 
 from devices.hub.entities.reading import read_person
-from devices.hub.fields import MAX_COUNT, MessageError, read_count, read_object, read_text
-from devices.hub.messages import OpError, Wish, read_do
+from devices.hub.protocol.fields import MAX_COUNT, MessageError, read_count, read_object, read_text
+from devices.hub.protocol.messages import OpError, Wish, read_do
 from devices.hub.roles import Op
 from devices.sites.channels import SiteBytesError
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import aiohttp
 import numpy as np
 
-from devices.hub.wire import encode_body
+from devices.hub.protocol.wire import encode_body
 from sim.headset.answering import answer_all
 from sim.headset.connection import (
     HubAddress,

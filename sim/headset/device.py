@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from devices.hub.messages import Immersion
+from devices.hub.protocol.messages import Immersion
 from devices.hub.roles import Role
 from sim.headset.faults import HeadsetState
 

@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from devices.hub.wire import WireError, decode_body, unpack_bodies
+from devices.hub.protocol.wire import WireError, decode_body, unpack_bodies
 from sim.headset.connection import HubConnection
 from sim.headset.tally import Tally
 from sim.headset.voice.speech import Speaking

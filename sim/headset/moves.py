@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.hub.wire import JOINTS, Body, Controller, Hand, encode_body
+from devices.hub.protocol.wire import JOINTS, Body, Controller, Hand, encode_body
 from scenes.frames import OPENGL_FROM_OPENCV, WORLD_FROM_GLTF, look_at
 from scenes.pose import Pose
 

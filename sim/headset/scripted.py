@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from devices.hub.entities.drawn import on_the_wire
-from devices.hub.wire import Body
+from devices.hub.protocol.wire import Body
 from scenes.frames import OPENGL_FROM_OPENCV, WORLD_FROM_GLTF
 from scenes.pose import Pose
 from sim.people.remote import remote_annotations, remote_avatar

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.hololens.values import HandJoints, Joint, Ray
-from devices.hub.wire import Hand
+from devices.hub.protocol.wire import Hand
 from scenes.frames import WORLD_FROM_GLTF, look_at
 from scenes.pose import Pose
 from sim.headset.moves import CONTROLLER_EVERY, Moves

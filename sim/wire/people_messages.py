@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from devices.hub.wire import JOINTS, Body, Controller, Hand, encode_body
+from devices.hub.protocol.wire import JOINTS, Body, Controller, Hand, encode_body
 from scenes.pose import Pose
 
 MASK = b"\x11\x22\x33\x44"

@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import Any
 
 from devices.hub.entities.drawn import ROOM, Drawn
-from devices.hub.messages import Do, OpError
+from devices.hub.protocol.messages import Do, OpError
 from devices.hub.roles import Op, Person, can_have_shapes
 
 MAX_LINES = 2000

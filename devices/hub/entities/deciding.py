@@ -13,7 +13,7 @@ from devices.hub.contract import Arrived
 from devices.hub.entities.board import Board
 from devices.hub.entities.drawn import Drawn, drawn_by_room
 from devices.hub.inbox import Inbox
-from devices.hub.messages import Do, OpError, Wish
+from devices.hub.protocol.messages import Do, OpError, Wish
 from devices.hub.roles import Op, Pen, Person
 from scenes.state import SceneState
 

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.hub.entities.drawn import FIELDS, NOTHING, Drawn
-from devices.hub.fields import ID, PERSON, MessageError, read_number, read_text
+from devices.hub.protocol.fields import ID, PERSON, MessageError, read_number, read_text
+from devices.hub.protocol.wire import MAX_ROOM_M
 from devices.hub.roles import Op
-from devices.hub.wire import MAX_ROOM_M
 from scenes.pose import Pose
 from scenes.quad import quad_of
 from scenes.state import PRIMITIVE_SHAPES, PrimitiveShape

@@ -19,7 +19,7 @@ from devices.hub.media.offer import Offer, asking_for_speech, clean_offer, read_
 from devices.hub.media.signals import VIDEOS
 from devices.hub.media.tracks import VideoTrack, VoiceTrack
 from devices.hub.media.voice_wire import SILENT_DB, Voice, opus_samples
-from devices.hub.wire import WireError
+from devices.hub.protocol.wire import WireError
 
 BUNDLED = RTCConfiguration(iceServers=[], bundlePolicy=RTCBundlePolicy.MAX_BUNDLE)
 """One port for all tracks, and no server that would see addresses."""

@@ -6,7 +6,7 @@ import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from devices.hub.wire import VERSION, WireError
+from devices.hub.protocol.wire import VERSION, WireError
 
 VOICE_KIND, VOICES_KIND = 5, 6
 """Second byte: one moment on its way to the hub; several, from it."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from devices.hub.media.voice_wire import RATE_HZ, VOICES_KIND, encode_voice, unpack_voices
-from devices.hub.wire import WireError
+from devices.hub.protocol.wire import WireError
 from sim.headset.connection import HubConnection
 from sim.headset.tally import Tally
 

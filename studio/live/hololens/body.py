@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.hololens.values import HandJoints, HeadAndHands, Joint
-from devices.hub.wire import Body, Hand
+from devices.hub.protocol.wire import Body, Hand
 from scenes.frames import OPENGL_FROM_OPENCV, WORLD_FROM_GLTF
 from scenes.pose import Pose
 from scenes.state import Avatar

@@ -12,9 +12,9 @@ from devices.hololens.values import HandJoints, HeadAndHands, Joint
 from devices.hub.elsewhere import Elsewhere
 from devices.hub.entities.drawn import Drawn, drawn_entity
 from devices.hub.inbox import Avatars
-from devices.hub.messages import Do, OpError
+from devices.hub.protocol.messages import Do, OpError
+from devices.hub.protocol.wire import MAX_ROOM_M
 from devices.hub.roles import Op, Person, can_have_shapes
-from devices.hub.wire import MAX_ROOM_M
 from scenes.pose import Pose
 from scenes.state import Avatar, SceneState, SharedPrimitive
 

@@ -9,8 +9,8 @@ from typing import Protocol
 from devices.hololens.values import HeadAndHands
 from devices.hub.contract import Arrived
 from devices.hub.elsewhere import Elsewhere
+from devices.hub.protocol.wire import WireError, encode_body
 from devices.hub.roles import Person, Role
-from devices.hub.wire import WireError, encode_body
 from scenes.pose import Pose
 from scenes.state import Avatar, SceneState
 from studio.live.hololens.body import avatar_of, body_of

@@ -24,12 +24,12 @@ from scenes.state import Avatar, SceneState
 from scenes.workers.task import Task
 from studio.live.hololens.anchoring import Anchoring, OriginStatus
 from studio.live.hololens.carrying import Carrying
-from studio.live.hololens.drawing import Drawing
 from studio.live.hololens.local_user import WEARER, WithLocalUser, show_to, wearer_now
 from studio.live.hololens.meshing import HiddenSurfaces, Hiding, Meshing, MeshStatus
 from studio.live.hololens.rig_code import RigCode, is_apart, rig_code_after
+from studio.live.hololens.showing.drawing import Drawing
+from studio.live.hololens.showing.view import seen_by_wearer
 from studio.live.hololens.timing import Durations
-from studio.live.hololens.view import seen_by_wearer
 from studio.live.people.entering import People
 from tracking.headset.origin import OriginPlan
 

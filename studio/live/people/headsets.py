@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 
 from devices.hub.attendance import PageHeadset
-from devices.hub.messages import Immersion
+from devices.hub.protocol.messages import Immersion
 from devices.hub.roles import Role
 from studio.session.preflight import Check, Probe
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from devices.hub.attendance import OPS_BURST, OPS_HZ
 from devices.hub.entities.drawn import Drawn, drawn_entity
 from devices.hub.entry.rates import Bucket
-from devices.hub.messages import Do, OpError, Wish
+from devices.hub.protocol.messages import Do, OpError, Wish
 from devices.sites.channels import WISHES, SiteBytesError
 from devices.sites.wishes import MAX_ASKED, Answers, pack_answers, read_number, read_wish
 from devices.transport.followed import LogNews, News

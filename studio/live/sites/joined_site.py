@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from devices.clock import Clock
 from devices.clock_mapping import ClockMapping, add_arrival, estimate
 from devices.hub.elsewhere import Elsewhere
-from devices.hub.mesh import MAX_CELLS, Cell, unpack_cell
-from devices.hub.messages import Wish
+from devices.hub.protocol.mesh import MAX_CELLS, Cell, unpack_cell
+from devices.hub.protocol.messages import Wish
 from devices.hub.roles import Person
 from devices.hub.server import Hub
 from devices.sites.about import RoomAbout, read_about

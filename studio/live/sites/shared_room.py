@@ -12,8 +12,8 @@ from devices.hub.contract import Arrived
 from devices.hub.elsewhere import Elsewhere
 from devices.hub.entities.deciding import Deciding
 from devices.hub.entities.drawn import Drawn
-from devices.hub.mesh import Cell, MeshChannel
-from devices.hub.messages import Do
+from devices.hub.protocol.mesh import Cell, MeshChannel
+from devices.hub.protocol.messages import Do
 from devices.hub.roles import Person
 from devices.sites.about import RoomAbout
 from devices.sites.channels import (

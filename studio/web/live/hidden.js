@@ -3,7 +3,7 @@
 // things/behind.js). Metres, Y up.
 import * as THREE from "three";
 
-const HEADER_BYTES = 4; // as `devices/hub/mesh.py` has a message
+const HEADER_BYTES = 4; // as `devices/hub/protocol/mesh.py` has a message
 const CELL_BYTES = 22;
 const STEP_M = 1e-4;
 const MAX_CELLS = 10000;

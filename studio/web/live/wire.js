@@ -1,4 +1,4 @@
-// A body in bytes, as `devices/hub/wire.py` has it: little endian, metres, Y up.
+// A body in bytes, as `devices/hub/protocol/wire.py` has it: little endian, metres, Y up.
 // A body is { seq, t_us, head, controllers, hands, ray }: head 7 numbers (place, quaternion x y z w),
 // a controller { aim, grip, buttons, axes }, a hand { joints, radii } of 75 and 25 numbers, left one
 // first, a ray 6 numbers; null for what there is not.

@@ -9,7 +9,7 @@ import pytest
 from benchmarks.wire import hub_load
 from benchmarks.wire.crowd import STAMPS, STAMPS_AT, Orders, _Crowd
 from benchmarks.wire.hub_load import load_hub
-from devices.hub.wire import decode_body
+from devices.hub.protocol.wire import decode_body
 from sim.wire.people_messages import valid_bodies
 
 

@@ -13,11 +13,11 @@ from devices.clock import WallClock
 from devices.hub.contract import Asset, HubSettings
 from devices.hub.entry.pairing import PairingCodes
 from devices.hub.entry.tokens import Tokens
-from devices.hub.messages import Hello
+from devices.hub.protocol.messages import Hello
+from devices.hub.protocol.wire import Body, encode_body
 from devices.hub.roles import Role
 from devices.hub.server import Hub
 from devices.hub.session import Session, Visit
-from devices.hub.wire import Body, encode_body
 from scenes.pose import Pose
 from scenes.state import SceneState, TrackedObject, TrackState
 

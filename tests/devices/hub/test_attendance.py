@@ -6,11 +6,11 @@ from devices.hub import attendance as module
 from devices.hub.attendance import ARRIVING_NS, AWAY_NS, Attendance, Limits
 from devices.hub.entry.tokens import TOKEN_NS
 from devices.hub.outbox import Outbox, Sent
+from devices.hub.protocol.wire import Body, encode_body
 from devices.hub.roles import Role
 from devices.hub.session import Visit
-from devices.hub.wire import Body, encode_body
 from scenes.pose import Pose
-from tests.devices.hub.test_messages import SAID
+from tests.devices.hub.protocol.test_messages import SAID
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ import pytest
 
 from devices.hub import channels
 from devices.hub.channels import BodyChannel, LogChannel, StateChannel, to_text
-from devices.hub.wire import pack_item
+from devices.hub.protocol.wire import pack_item
 from scenes.pose import Pose
 from scenes.state import SceneState, TrackedObject, TrackState
 

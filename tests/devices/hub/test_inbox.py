@@ -8,8 +8,8 @@ import pytest
 from devices.hub import inbox as module
 from devices.hub.entities.drawn import ROOM, Drawn
 from devices.hub.inbox import MAX_EVENTS, Avatars, Inbox, avatar_of
+from devices.hub.protocol.wire import Body, Controller, Hand
 from devices.hub.roles import Op, Person, Role
-from devices.hub.wire import Body, Controller, Hand
 from scenes.pose import Pose
 
 ANNA = Person("p1", 1, "Anna", Role.REMOTE)

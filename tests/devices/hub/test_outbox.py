@@ -7,7 +7,7 @@ import pytest
 from devices.hub import outbox as outbox_module
 from devices.hub.channels import BodyChannel, StateChannel
 from devices.hub.outbox import BODY_PAUSE_NS, MAX_TEXTS, MAX_UNSEEN, Outbox, Sent
-from devices.hub.wire import unpack_bodies
+from devices.hub.protocol.wire import unpack_bodies
 
 
 class Desk:

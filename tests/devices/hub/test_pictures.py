@@ -7,7 +7,7 @@ import pytest
 
 from devices.hub.channels import BodyChannel, PictureChannel, StateChannel
 from devices.hub.outbox import Outbox, Sent
-from devices.hub.wire import MAX_PICTURE_BYTES, WireError, pack_picture
+from devices.hub.protocol.wire import MAX_PICTURE_BYTES, WireError, pack_picture
 from scenes.state import LiveSurface, SceneState, reduce_state
 
 

@@ -10,10 +10,10 @@ import pytest
 
 from devices.clock import WallClock
 from devices.hub.contract import HubSettings
-from devices.hub.messages import MAX_TEXT_BYTES
+from devices.hub.protocol.messages import MAX_TEXT_BYTES
+from devices.hub.protocol.wire import unpack_bodies
 from devices.hub.roles import Role
 from devices.hub.server import Hub
-from devices.hub.wire import unpack_bodies
 from scenes.state import Annotation, reduce_state
 
 LINE = {"kind": "do", "id": 1, "op": "line", "line": "a", "points": [[0, 1, 0], [1, 1, 0]]}

@@ -10,10 +10,10 @@ from devices.hub.entry.admission import Refused
 from devices.hub.entry.pairing import PairingRefused
 from devices.hub.entry.tokens import TOKEN_NS
 from devices.hub.inbox import Avatars
-from devices.hub.messages import Hello
+from devices.hub.protocol.messages import Hello
+from devices.hub.protocol.wire import Body, Hand, decode_body, encode_body, unpack_bodies
 from devices.hub.roles import Op, Role
 from devices.hub.session import MAX_FAULTS, RENEW_NS, Visit
-from devices.hub.wire import Body, Hand, decode_body, encode_body, unpack_bodies
 from scenes.pose import Pose
 from scenes.state import Annotation, SceneState, reduce_state
 

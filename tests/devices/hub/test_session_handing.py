@@ -8,7 +8,7 @@ from devices.hub.attendance import AWAY_NS
 from devices.hub.elsewhere import Elsewhere
 from devices.hub.entities.board import HOLD_NS
 from devices.hub.entities.drawn import drawn_entity
-from devices.hub.messages import Do, OpError
+from devices.hub.protocol.messages import Do, OpError
 from devices.hub.roles import Op, Person, Role
 from devices.hub.session import Visit
 

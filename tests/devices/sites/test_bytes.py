@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from devices.hub.entities.drawn import drawn_entity
-from devices.hub.messages import Do, Wish
+from devices.hub.protocol.messages import Do, Wish
+from devices.hub.protocol.wire import Body, encode_body
 from devices.hub.roles import Op, Person, Role
-from devices.hub.wire import Body, encode_body
 from devices.sites.about import RoomAbout, read_about
 from devices.sites.channels import SiteBytesError
 from devices.sites.drawn import ended, item_name, pack_item, read_item

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from devices.hub.mesh import pack_cell
+from devices.hub.protocol.mesh import pack_cell
 from devices.sites.hidden import cell_name, read_cells
 from devices.transport.followed import LogNews
 from devices.transport.wire import Entry

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from devices.hub.messages import DeviceSaid, Immersion, read_device
+from devices.hub.protocol.messages import DeviceSaid, Immersion, read_device
 from sim.headset.connection import HubAddress
 from sim.headset.crowd import CrowdPlan
 from sim.headset.device import FULL_S, MODEL, SAY_S, QuestDevice

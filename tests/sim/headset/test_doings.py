@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from devices.hub.entities.board import Board
-from devices.hub.messages import Do, read_message
+from devices.hub.protocol.messages import Do, read_message
 from sim.headset.doings import doings
 
 RIGHTS = ("line", "primitive", "propose", "surface", "undo")

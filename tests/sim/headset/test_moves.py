@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from devices.hub.wire import JOINTS, MAX_BODY_BYTES, decode_body, encode_body
+from devices.hub.protocol.wire import JOINTS, MAX_BODY_BYTES, decode_body, encode_body
 from scenes.frames import WORLD_FROM_GLTF
 from sim.headset.moves import HEIGHT_M, INDEX_TIP, Moves
 

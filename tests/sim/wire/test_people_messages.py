@@ -2,7 +2,7 @@
 
 import struct
 
-from devices.hub.messages import Do, Hello, read_message
+from devices.hub.protocol.messages import Do, Hello, read_message
 from sim.wire.people_messages import frame, greeting_of, valid_texts
 
 

@@ -12,7 +12,7 @@ from typing import Any
 import aiohttp
 import numpy as np
 
-from devices.hub.wire import Body, Controller, Hand, encode_body
+from devices.hub.protocol.wire import Body, Controller, Hand, encode_body
 from scenes.pose import Pose, rotation_from_quaternion
 
 ANSWER_WITHIN_S = 10.0

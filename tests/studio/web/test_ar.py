@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from devices.hub.wire import decode_body, unpack_bodies
+from devices.hub.protocol.wire import decode_body, unpack_bodies
 from scenes.frames import WORLD_FROM_GLTF
 from scenes.pose import Pose
 from scenes.state import Proposal, SceneState, TrackedObject, TrackState, reduce_state

@@ -11,7 +11,7 @@ from PIL import Image
 from devices.hub.elsewhere import Elsewhere
 from devices.hub.entities.board import HOLD_NS
 from devices.hub.entities.drawn import drawn_entity
-from devices.hub.messages import Do
+from devices.hub.protocol.messages import Do
 from devices.hub.roles import Op, Person, Role
 from scenes.pose import Pose
 from tests.studio.browser import until

@@ -5,8 +5,8 @@ import time
 import numpy as np
 import pytest
 
-from devices.hub.messages import Immersion
-from devices.hub.wire import decode_body, unpack_bodies
+from devices.hub.protocol.messages import Immersion
+from devices.hub.protocol.wire import decode_body, unpack_bodies
 from scenes.mesh import CollisionMesh
 from scenes.pose import Pose
 from scenes.state import SceneState, TrackedObject, TrackState, reduce_state

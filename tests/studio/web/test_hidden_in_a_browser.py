@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from devices.hub.mesh import MeshChannel
+from devices.hub.protocol.mesh import MeshChannel
 from scenes.mesh import CollisionMesh
 from tests.studio.browser import until
 from tests.studio.web.conftest import JOINING, READY, join_as_ada

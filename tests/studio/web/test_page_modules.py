@@ -7,8 +7,8 @@ import pytest
 
 from devices.clock import WallClock
 from devices.hub.contract import HubSettings
+from devices.hub.protocol.wire import Body, decode_body, encode_body, pack_bodies
 from devices.hub.server import Hub
-from devices.hub.wire import Body, decode_body, encode_body, pack_bodies
 
 READY = "document.documentElement?.dataset.state === 'ready'"
 

@@ -27,8 +27,8 @@ from scenes.workers.child_process import ChildProcess, module_command, module_en
 from scenes.workers.task import Task
 from sim.hololens.holograms import TEXT
 from studio.live.hololens.figures import Seen, SimulatedFigures
+from studio.live.hololens.showing.view import seen_by_wearer
 from studio.live.hololens.simulated.attacking import Visited
-from studio.live.hololens.view import seen_by_wearer
 from studio.live.hololens.worn import WornHeadset, WornPlan
 from studio.live.people.pictures import jpeg_of
 

@@ -12,7 +12,7 @@ import aiohttp
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.hub.wire import Body, encode_body
+from devices.hub.protocol.wire import Body, encode_body
 from scenes.frames import OPENGL_FROM_OPENCV, WORLD_FROM_GLTF, look_at
 from scenes.mesh import PhysicalObject
 from scenes.pose import Pose
@@ -21,7 +21,7 @@ from sim.headset.connection import HubAddress, HubConnection, HubRefusedError, c
 from sim.headset.device import SAY_S, QuestDevice
 from sim.headset.faults import HeadsetState
 from sim.hololens.simulator import Simulator
-from studio.live.hololens.display import RAY_END_M
+from studio.live.hololens.showing.display import RAY_END_M
 
 Floats = NDArray[np.float64]
 

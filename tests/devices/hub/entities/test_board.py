@@ -18,7 +18,7 @@ from devices.hub.entities.board import (
     own_key,
 )
 from devices.hub.entities.drawn import Drawn
-from devices.hub.messages import Do, OpError
+from devices.hub.protocol.messages import Do, OpError
 from devices.hub.roles import Op, Person, Role
 from scenes.pose import Pose
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from devices.hub.entities.reading import MAX_OBJECT_ID, read_drawn, read_key
-from devices.hub.fields import MessageError
+from devices.hub.protocol.fields import MessageError
 from devices.hub.roles import Op
 
 BODY = {

@@ -9,8 +9,8 @@ from devices.hub.media import frames
 from devices.hub.media.signals import MediaSignal, OfferSignal, Way
 from devices.hub.media.voice_room import MAX_WAITING_VOICES, take_voices
 from devices.hub.media.voice_wire import Voice, encode_voice, unpack_voices
+from devices.hub.protocol.wire import WireError
 from devices.hub.roles import Role
-from devices.hub.wire import WireError
 
 OPUS = bytes([0b01111_0_00]) + bytes(40)
 HEARS = MediaSignal(Way.SOCKET, False, frozenset())

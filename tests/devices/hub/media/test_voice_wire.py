@@ -12,7 +12,7 @@ from devices.hub.media.voice_wire import (
     pack_voices,
     unpack_voices,
 )
-from devices.hub.wire import WireError
+from devices.hub.protocol.wire import WireError
 
 OPUS = bytes([0b01111_0_00]) + bytes(40)  # hybrid, 20 ms, one frame
 VOICE = Voice(65535, 4_000_000_000, 20, OPUS)

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import pytest
 
 from devices.hub.attendance import PageHeadset
-from devices.hub.messages import DeviceSaid, Immersion
+from devices.hub.protocol.messages import DeviceSaid, Immersion
 from devices.hub.roles import Person, Role
 from studio.console.display import why_no_window
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from devices.hub.inbox import avatar_of as avatar_from_hub
+from devices.hub.protocol.wire import decode_body, encode_body
 from devices.hub.roles import Person, Role
-from devices.hub.wire import decode_body, encode_body
 from scenes.pose import Pose
 from studio.live.hololens.body import avatar_of, body_of, pointing_ray
 

@@ -11,10 +11,10 @@ from devices.hololens.values import HandJoints, HeadAndHands, Joint
 from devices.hub.elsewhere import Elsewhere
 from devices.hub.entry.pairing import PairingCodes
 from devices.hub.entry.tokens import Tokens
-from devices.hub.messages import Hello
+from devices.hub.protocol.messages import Hello
+from devices.hub.protocol.wire import Body, Hand, encode_body
 from devices.hub.roles import Person, Role
 from devices.hub.session import Session
-from devices.hub.wire import Body, Hand, encode_body
 from scenes.frames import WORLD_FROM_GLTF
 from scenes.pose import Pose
 from scenes.state import Avatar, SceneState, SharedPrimitive

@@ -3,8 +3,8 @@
 import numpy as np
 
 from devices.hub.contract import Arrived
+from devices.hub.protocol.wire import decode_body
 from devices.hub.roles import can_have_shapes
-from devices.hub.wire import decode_body
 from scenes.pose import Pose
 from scenes.state import Avatar, SceneState
 from studio.live.hololens.local_user import WEARER, WithLocalUser, show_to, wearer_now

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from devices.hub.attendance import PageHeadset
-from devices.hub.messages import DeviceSaid, Immersion
+from devices.hub.protocol.messages import DeviceSaid, Immersion
 from devices.hub.roles import Person, Role
 from studio.live.people.headsets import (
     ASPECTS,

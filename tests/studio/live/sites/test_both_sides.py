@@ -7,8 +7,8 @@ import aiohttp
 import numpy as np
 
 from devices.hub.elsewhere import Elsewhere
+from devices.hub.protocol.wire import PICTURE_KIND, Body, encode_body, unpack_bodies
 from devices.hub.roles import Person, Role
-from devices.hub.wire import PICTURE_KIND, Body, encode_body, unpack_bodies
 from scenes.pose import Pose
 from scenes.state import Annotation, LiveSurface, TrackedObject, TrackState
 

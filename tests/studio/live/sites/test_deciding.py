@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from devices.clock import ManualClock
 from devices.hub.contract import HubSettings
 from devices.hub.entities.drawn import Drawn
-from devices.hub.messages import Do, Hello, Wish
+from devices.hub.protocol.messages import Do, Hello, Wish
 from devices.hub.roles import Op, Role
 from devices.hub.server import Hub
 from devices.sites.about import RoomAbout

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from devices.hub.mesh import MAX_MESSAGE_BYTES
+from devices.hub.protocol.mesh import MAX_MESSAGE_BYTES
 from devices.transport import source
 from scenes.mesh import CollisionMesh
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from devices.hub.protocol.wire import Body, encode_body
 from devices.hub.roles import Person, Role
-from devices.hub.wire import Body, encode_body
 from devices.sites.channels import BODIES, DRAWN, PEOPLE
 from devices.sites.drawn import item_name, pack_item
 from devices.sites.people import pack_bodies, pack_people

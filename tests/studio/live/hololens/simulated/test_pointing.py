@@ -7,8 +7,8 @@ import numpy as np
 
 from devices.clock import WallClock
 from devices.hub.contract import HubSettings
+from devices.hub.protocol.wire import decode_body, encode_body
 from devices.hub.server import Hub
-from devices.hub.wire import decode_body, encode_body
 from scenes.frames import WORLD_FROM_GLTF
 from scenes.samples import sample_room
 from studio.live.hololens.simulated.pointing import Pointer, body_at, leg_of

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from devices.hub import mesh as module
 from devices.hub.channels import BodyChannel, StateChannel
-from devices.hub.mesh import MeshChannel, MeshError, pack_cell, unpack_cell
 from devices.hub.outbox import Outbox, Sent
+from devices.hub.protocol import mesh as module
+from devices.hub.protocol.mesh import MeshChannel, MeshError, pack_cell, unpack_cell
 from scenes.frames import WORLD_FROM_GLTF
 from scenes.mesh import CollisionMesh
 

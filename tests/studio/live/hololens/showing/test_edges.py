@@ -3,7 +3,15 @@
 import numpy as np
 
 from scenes.pose import Pose
-from studio.live.hololens.edges import EDGES, arrow, outline, polyline, rod, rotation_to, simplified
+from studio.live.hololens.showing.edges import (
+    EDGES,
+    arrow,
+    outline,
+    polyline,
+    rod,
+    rotation_to,
+    simplified,
+)
 
 WHITE = (1.0, 1.0, 1.0, 1.0)
 

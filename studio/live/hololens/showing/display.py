@@ -21,7 +21,7 @@ from scenes.state import (
     TrackedObject,
     TrackState,
 )
-from studio.live.hololens.edges import CORNERS, arrow, outline, polyline, rod
+from studio.live.hololens.showing.edges import CORNERS, arrow, outline, polyline, rod
 
 Floats = NDArray[np.float64]
 

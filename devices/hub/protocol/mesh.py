@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.hub.entities.drawn import GLTF_FROM_WORLD
-from devices.hub.wire import VERSION
+from devices.hub.protocol.wire import VERSION
 from scenes.frames import WORLD_FROM_GLTF
 from scenes.mesh import CollisionMesh
 

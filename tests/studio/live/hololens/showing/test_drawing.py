@@ -5,7 +5,7 @@ import numpy as np
 from devices.clock import ManualClock
 from scenes.pose import Pose
 from scenes.state import Annotation, SceneState, SharedPrimitive
-from studio.live.hololens.drawing import PASSED_NS, Drawing
+from studio.live.hololens.showing.drawing import PASSED_NS, Drawing
 
 
 def drawing(headset, pose, *, in_hand=lambda _now_ns: None, clock=None):

@@ -2,7 +2,7 @@
 
 import pytest
 
-from devices.hub.fields import (
+from devices.hub.protocol.fields import (
     MAX_COUNT,
     MessageError,
     read_count,

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from devices.hub.wire import (
+from devices.hub.protocol.wire import (
     ALL_FLAGS,
     JOINTS,
     MAX_BODY_BYTES,

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from devices.hub.entities.reading import MAX_POINTS, MAX_SIDE_M
-from devices.hub.fields import MessageError, read_object
-from devices.hub.messages import (
+from devices.hub.protocol.fields import MessageError, read_object
+from devices.hub.protocol.messages import (
     MAX_MODEL,
     MAX_NAME,
     DeviceSaid,

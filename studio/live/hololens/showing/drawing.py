@@ -16,7 +16,7 @@ from scenes.pose import Pose
 from scenes.state import Avatar, ObjectModel, SceneState, SharedPrimitive
 from scenes.workers.task import Task
 from studio.evaluate.scores import SYMMETRY_OF_KIND
-from studio.live.hololens.display import Seen, items_of, steadied
+from studio.live.hololens.showing.display import Seen, items_of, steadied
 from studio.live.hololens.timing import Durations
 from studio.view.shared_things import met_proposals
 

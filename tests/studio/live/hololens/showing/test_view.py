@@ -10,7 +10,7 @@ from devices.hololens.display_list import Label, Shape, Solid
 from scenes.cameras import Pinhole
 from scenes.frames import look_at
 from scenes.pose import Pose
-from studio.live.hololens.view import seen_by_wearer
+from studio.live.hololens.showing.view import seen_by_wearer
 
 RED = (1.0, 0.0, 0.0, 1.0)
 

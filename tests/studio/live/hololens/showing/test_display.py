@@ -19,7 +19,14 @@ from scenes.state import (
     TrackedObject,
     TrackState,
 )
-from studio.live.hololens.display import MET, PROPOSED, STATE_COLOURS, Seen, items_of, steadied
+from studio.live.hololens.showing.display import (
+    MET,
+    PROPOSED,
+    STATE_COLOURS,
+    Seen,
+    items_of,
+    steadied,
+)
 
 DEVICE_FROM_WORLD = Pose.from_yaw(0.6, (0.5, -0.2, -1.4))
 MODEL = SimpleNamespace(box_m=(0.4, 0.5, 0.8), name="chair")

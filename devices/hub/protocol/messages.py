@@ -8,7 +8,9 @@ from typing import Any
 
 from devices.hub.entities.drawn import Drawn
 from devices.hub.entities.reading import read_drawn, read_key, read_person
-from devices.hub.fields import (
+from devices.hub.media.offer import OfferError
+from devices.hub.media.signals import MediaSignal, OfferSignal, read_signal
+from devices.hub.protocol.fields import (
     MessageError,
     read_count,
     read_label,
@@ -16,8 +18,6 @@ from devices.hub.fields import (
     read_object,
     read_text,
 )
-from devices.hub.media.offer import OfferError
-from devices.hub.media.signals import MediaSignal, OfferSignal, read_signal
 from devices.hub.roles import Op
 
 MAX_TEXT_BYTES = 128 * 1024
