@@ -7,7 +7,7 @@ import pytest
 
 from scenes.package import load_package, save_package
 from studio.console.display import why_no_window
-from tests.studio.app.preparation.conftest import HIGH, joined, splats_on
+from tests.crate_room import HIGH, joined, splats_on
 
 WHY_NOT = why_no_window()
 pytestmark = [

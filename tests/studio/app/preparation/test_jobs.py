@@ -28,7 +28,7 @@ from studio.app.preparation.preparation_job import (
     splat_file_words,
 )
 from studio.app.preparation.stage_lines import StageLine, seconds_of, stages_of
-from tests.studio.app.preparation.conftest import HIGH, LOW
+from tests.crate_room import HIGH, LOW
 
 
 def digest(folder):
