@@ -18,15 +18,20 @@ from tracking.follow.carried import is_likelier
 from tracking.follow.feature_relocalisation import relocalise
 from tracking.follow.local_search import Found, log_posterior, search_locally
 from tracking.follow.posterior import (
+    carried_prior,
     has_left_its_rest,
     is_accepted,
+    is_carriable,
     is_conclusive,
+    is_heavy,
     min_correlation,
     priors,
     shows_pattern,
 )
 from tracking.follow.track import Task
-from tracking.hypotheses.hypothesis import apart
+from tracking.hypotheses.hypothesis import CLEAR_NATS, apart
+from tracking.hypotheses.refinement import CLEAR_SHARE
+from tracking.likelihood.pose_likelihood import pose_supports
 from tracking.solve.gauss_newton import COLD_REACHES, TRACKING_REACHES, Fit, Prior, judge
 from tracking.solve.motion import pose_vector
 
@@ -84,10 +89,10 @@ def measure(
         if back is not None:
             return window, back
     reaches_px = TRACKING_REACHES if track.missed_frames == 0 else COLD_REACHES
-    found = _expected(task, evidence, cache, predicted_world_from_object, reaches_px=reaches_px)
+    found = _expected(task, window, cache, predicted_world_from_object, reaches_px=reaches_px)
     if rested and not is_conclusive(task, found.fit) and track.appearance is not None:
         cache = RenderingCache(track.reduced, track.appearance)
-        found = _expected(task, evidence, cache, predicted_world_from_object, reaches_px=reaches_px)
+        found = _expected(task, window, cache, predicted_world_from_object, reaches_px=reaches_px)
     fit = found.fit
     if is_conclusive(task, fit) or fit.covered_fraction > MOSTLY_COVERED:
         return window, fit
@@ -104,23 +109,48 @@ def measure(
 
 def _expected(
     task: Task,
-    evidence: Evidence,
+    window: Seen,
     cache: RenderingCache,
     world_from_expected: Pose,
     *,
     reaches_px: tuple[float, ...],
 ) -> Found:
     """The fit at the expected pose, under the standing prior or, if likelier, the carried one."""
+    evidence = window.evidence
     standing, *others = priors(task, world_from_expected)
     fit = attempt(task, evidence, cache, world_from_expected, standing, reaches_px=reaches_px)
+    if is_heavy(task, world_from_expected) and is_carriable(task.model.source.box_m):
+        others = [carried_prior(task, world_from_expected)]
     if not others or task.is_first or not _has_left(task, fit):
         return Found(fit, standing)
     # What is carried looks like something that slides along its support, and the other way
     # round: both are tried, and the likelier one is taken.
     carried = others[0]
     other = attempt(task, evidence, cache, world_from_expected, carried, reaches_px=reaches_px)
-    is_carried = is_likelier(task, (other, carried), (fit, standing))
-    return Found(other, carried) if is_carried else Found(fit, standing)
+    first, second = Found(fit, standing), Found(other, carried)
+    return _likelier(task, window, first=first, second=second)
+
+
+def _likelier(task: Task, window: Seen, *, first: Found, second: Found) -> Found:
+    """The standing or the carried one of two solutions.
+
+    The first centimetres of a lift have the outline of a slide, and an outline in a hand is the
+    hand's as well: where the whole picture clearly prefers one of them, it decides.
+    """
+    standing, carried = sorted((first, second), key=lambda found: float(found.prior.sigma[2]))
+    poses = [found.fit.world_from_object for found in (standing, carried)]
+    down, up = pose_supports(
+        window.observation, task.model, poses=poses, renderer=task.scene.renderer
+    )
+    is_sunk = poses[1].translation[2] < standing.prior.mean[2]
+    if is_heavy(task, poses[0]):
+        # What is tall stays on its support until it shows clearly more in the air.
+        clear_nats = max(CLEAR_NATS, CLEAR_SHARE * up.nats)
+        return carried if up.nats > down.nats + clear_nats and not is_sunk else standing
+    if abs(up.nats - down.nats) > CLEAR_NATS and not is_sunk:
+        return carried if up.nats > down.nats else standing
+    others = (second.fit, second.prior), (first.fit, first.prior)
+    return second if is_likelier(task, *others) else first
 
 
 def _relocalise(task: Task, window: Seen, found: Found) -> tuple[Seen, Fit] | None:
@@ -136,13 +166,13 @@ def _relocalise(task: Task, window: Seen, found: Found) -> tuple[Seen, Fit] | No
         return None
     view = view_of(task.scene, task.model, world_from_relocalised)
     evidence = gather(task.scene, task.model, view, task.neighbours)
+    there = Seen(evidence, observe(task.scene, evidence))
     cache = RenderingCache(None, appearance, quickly=task.track.moves_on)
     relocalisation = _expected(
-        task, evidence, cache, world_from_relocalised, reaches_px=TRACKING_REACHES
+        task, there, cache, world_from_relocalised, reaches_px=TRACKING_REACHES
     )
     if not task.scene.contains(relocalisation.fit.world_from_object):
         return None
-    there = Seen(evidence, observe(task.scene, evidence))
     is_better = log_posterior(task, there.observation, relocalisation) > log_posterior(
         task, window.observation, found
     )

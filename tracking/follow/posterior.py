@@ -110,23 +110,34 @@ def priors(task: Task, predicted_world_from_object: Pose) -> list[Prior]:
         predicted_world_from_object: mean of the priors.
     """
     track, source = task.track, task.model.source
-    mean = pose_vector(predicted_world_from_object)
-    if track.state is TrackState.STATIC and track.missed_frames == 0:
-        sigma = np.array([RESTING_SIGMA_M, RESTING_SIGMA_M, 0.0, RESTING_SIGMA_RAD])
-    else:
-        spread = 1.0 + 0.5 * min(track.missed_frames, 8)
-        sigma = np.array([MOVING_SIGMA_M, MOVING_SIGMA_M, 0.0, MOVING_SIGMA_RAD]) * spread
+    mean, sigma = pose_vector(predicted_world_from_object), _spread(track)
     known = (track.silhouette_bias_m, track.silhouette_bias_sigma_m)
     if is_heavy(task, predicted_world_from_object):
         return [_standing(mean, source.support_z_m, sigma, known)]
-    carried = sigma + np.array([0.0, 0.0, CARRIED_SIGMA_M, 0.0])
-    free = Prior(mean, np.maximum(carried, [0.05, 0.05, 0.0, math.radians(8)]), *known)
+    free = carried_prior(task, predicted_world_from_object)
     heights = np.array(task.support_heights_m)
     nearest = float(heights[np.argmin(np.abs(heights - mean[2]))])
     if abs(nearest - mean[2]) > REACHABLE_M:
         return [free]
     standing = _standing(mean, nearest, sigma, known)
     return [standing, free] if abs(nearest - mean[2]) < SNAP_M else [free, standing]
+
+
+def carried_prior(task: Task, predicted_world_from_object: Pose) -> Prior:
+    """Prior of the pose of an object that is in the air."""
+    track = task.track
+    sigma = _spread(track) + np.array([0.0, 0.0, CARRIED_SIGMA_M, 0.0])
+    sigma = np.maximum(sigma, [0.05, 0.05, 0.0, math.radians(8)])
+    mean = pose_vector(predicted_world_from_object)
+    return Prior(mean, sigma, track.silhouette_bias_m, track.silhouette_bias_sigma_m)
+
+
+def _spread(track: Track) -> NDArray[np.float64]:
+    """(4,) standard deviations of x, y, z and yaw about a prediction, of what stands."""
+    if track.state is TrackState.STATIC and track.missed_frames == 0:
+        return np.array([RESTING_SIGMA_M, RESTING_SIGMA_M, 0.0, RESTING_SIGMA_RAD])
+    spread = 1.0 + 0.5 * min(track.missed_frames, 8)
+    return np.array([MOVING_SIGMA_M, MOVING_SIGMA_M, 0.0, MOVING_SIGMA_RAD]) * spread
 
 
 def is_carriable(box_m: Sequence[float]) -> bool:
