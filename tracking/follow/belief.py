@@ -18,7 +18,7 @@ from tracking.evidence.evidence import Evidence, gather, view_of
 from tracking.evidence.observation import Observation, observe
 from tracking.follow.track import Task, Track
 from tracking.hypotheses.hypothesis import CLEAR_NATS, Hypothesis, is_other
-from tracking.hypotheses.prior import MOVED, STAYED, UNSEEN
+from tracking.hypotheses.prior import MOVED, STAYED, stayed_log_prior
 from tracking.hypotheses.refinement import fit_at, refine
 from tracking.hypotheses.yaws import likeliest_yaws
 from tracking.likelihood.drawn_object import claim
@@ -28,7 +28,7 @@ from tracking.model.object_model import TrackModel
 from tracking.model.symmetry import ROUND
 from tracking.solve.gauss_newton import Fit
 
-STAYS_NATS = math.log(STAYED / UNSEEN)
+STAYS_NATS = stayed_log_prior()
 """Log odds that what was followed up to now is still there, against its being nowhere in view."""
 
 MOVED_NATS = math.log(STAYED / MOVED)
@@ -273,14 +273,17 @@ def at_pose(task: Task, evidence: Evidence, belief: Belief, world_from_object: P
     return Belief(belief.observation, fit, support, belief.weigh_before)
 
 
-def confidence_of(support: PoseSupport, rival_nats: float) -> float:
+def confidence_of(
+    support: PoseSupport, rival_nats: float, *, stays_nats: float = STAYS_NATS
+) -> float:
     """Posterior, 0..1, of a followed pose against its likeliest rival and being out of sight.
 
     Args:
         support: of the pose.
         rival_nats: log odds of the pose against its rival when they were last compared.
+        stays_nats: log odds of the pose against being out of sight before the picture.
     """
-    return 1.0 / (1.0 + _odds_against(support.nats + STAYS_NATS) + _odds_against(rival_nats))
+    return 1.0 / (1.0 + _odds_against(support.nats + stays_nats) + _odds_against(rival_nats))
 
 
 def _odds_against(nats: float) -> float:

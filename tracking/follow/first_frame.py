@@ -15,22 +15,16 @@ from dataclasses import replace
 from scenes.state import TrackState
 from tracking.evidence.evidence import Neighbour, gather, view_of
 from tracking.evidence.observation import observe
-from tracking.follow.belief import STAYS_NATS
 from tracking.follow.redetection import heights_of, redetect_all
 from tracking.follow.track import Task, Track
-from tracking.hypotheses.hypothesis import is_other
-from tracking.hypotheses.prior import moved_log_prior
+from tracking.hypotheses.hypothesis import CLEAR_NATS, is_other
+from tracking.hypotheses.prior import moved_log_prior, stayed_log_prior
 from tracking.likelihood.pixel_model import PoseSupport
 from tracking.likelihood.pose_likelihood import pose_support
 
 ROUNDS = 4
 """Rounds of searching and weighing at most. In three random rooms no session needed more than
 three."""
-
-
-DOUBTFUL_NATS = -1.0
-"""Support below which an object that holds by its prior alone is searched for once, together with
-those that are lost: a mug that may still stand where a book lies would keep the book out."""
 
 
 def settle_all(tasks: Sequence[Task], tracks: Mapping[str, Track]) -> dict[str, Track]:
@@ -41,10 +35,13 @@ def settle_all(tasks: Sequence[Task], tracks: Mapping[str, Track]) -> dict[str, 
         tracks: by object id, each believed at the scene's pose or lost.
     """
     after = dict(tracks)
+    has_left = {_id(task): _has_left(task, after[_id(task)]) for task in tasks}
     for attempt in range(ROUNDS):
+        after = _by_the_others(after, has_left)
         upheld = _uphold(tasks, after)
         if attempt == 0:
-            upheld = {k: track for k, track in upheld.items() if track.usual_nats > DOUBTFUL_NATS}
+            # A mug that may still stand where a book lies would keep the book out.
+            upheld = {k: t for k, t in upheld.items() if t.usual_nats + t.stays_nats > CLEAR_NATS}
         lost = [task for task in tasks if _id(task) not in upheld]
         for task in lost:
             after[_id(task)] = _lost(after[_id(task)])
@@ -54,9 +51,34 @@ def settle_all(tasks: Sequence[Task], tracks: Mapping[str, Track]) -> dict[str, 
         )
         after.update(upheld)
         after.update(searched)
+        for task in tasks:
+            if after[_id(task)].state is not TrackState.LOST:
+                has_left[_id(task)] = _has_left(task, after[_id(task)])
         if all(track.state is TrackState.LOST for track in searched.values()):
             break
+    after = _by_the_others(after, has_left)
     return after | _uphold(tasks, after)
+
+
+def _has_left(task: Task, track: Track) -> bool | None:
+    """Whether an object is seen elsewhere, or its place is empty; None if the picture is silent."""
+    if track.state is TrackState.LOST:
+        return True
+    if track.usual_nats <= CLEAR_NATS:
+        return None
+    return is_other(task.model, track.world_from_object, task.model.source.world_from_object)
+
+
+def _by_the_others(
+    tracks: Mapping[str, Track], has_left: Mapping[str, bool | None]
+) -> dict[str, Track]:
+    """The tracks with the log odds of their places, by how many others have left theirs."""
+
+    def stays_nats(name: str) -> float:
+        others = [left for other, left in has_left.items() if other != name]
+        return stayed_log_prior(stayed=others.count(False), left=others.count(True))
+
+    return {name: replace(t, stays_nats=stays_nats(name)) for name, t in tracks.items()}
 
 
 def _uphold(tasks: Sequence[Task], tracks: Mapping[str, Track]) -> dict[str, Track]:
@@ -91,7 +113,7 @@ def _log_prior(task: Task, track: Track) -> float:
     """Log odds of a pose against being nowhere in view, before anything was seen."""
     stood = task.model.source.world_from_object
     if not is_other(task.model, track.world_from_object, stood):
-        return STAYS_NATS
+        return track.stays_nats
     return moved_log_prior(
         task.scene,
         task.model,

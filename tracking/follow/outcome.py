@@ -14,6 +14,7 @@ from tracking.evidence.appearance_memory import AppearanceMemory, remember_appea
 from tracking.evidence.evidence import Evidence
 from tracking.evidence.rendering import RenderingCache, draw
 from tracking.follow.belief import (
+    STAYS_NATS,
     Belief,
     accounts_for,
     among_near_poses,
@@ -133,11 +134,13 @@ def _step_of(task: Task, fit: Fit) -> NDArray[np.float64]:
 def _see(task: Task, belief: Belief, *, rests: bool) -> Track:
     """The track of an object that was seen: all but its pose, state and motion is of this frame."""
     track, fit = task.track, belief.fit
+    stays_nats = STAYS_NATS if belief.found.nats > CLEAR_NATS else track.stays_nats
     seen = replace(
         track,
         covariance=uncertainty(task.scene, task.model, fit),
         visible_fraction=fit.visible_fraction,
-        confidence=confidence_of(belief.found, track.rival_nats),
+        confidence=confidence_of(belief.found, track.rival_nats, stays_nats=stays_nats),
+        stays_nats=stays_nats,
         usual_inlier_ratio=_usual(track.usual_inlier_ratio, fit.unoccluded_inlier_ratio),
         usual_correlation=_usual(track.usual_correlation, fit.colour_correlation),
         missed_frames=0,
@@ -253,7 +256,7 @@ def miss(task: Task, belief: Belief) -> Track:
         track,
         covariance=grown,
         visible_fraction=belief.before.open_fraction * belief.before.matched_fraction,
-        confidence=confidence_of(belief.before, track.rival_nats),
+        confidence=confidence_of(belief.before, track.rival_nats, stays_nats=track.stays_nats),
         missed_frames=missed,
         still_frames=0,
         state=TrackState.OCCLUDED,
@@ -265,18 +268,18 @@ def miss(task: Task, belief: Belief) -> Track:
 
 def lose(task: Task, belief: Belief) -> Track:
     """The track of an object that has to be searched for."""
-    review = task.track.review
+    track, review = task.track, task.track.review
     return replace(
-        task.track,
+        track,
         review=None if review is None else replace(review, pending=None),
         state=TrackState.LOST,
-        confidence=confidence_of(belief.before, task.track.rival_nats),
+        confidence=confidence_of(belief.before, track.rival_nats, stays_nats=track.stays_nats),
         visible_fraction=belief.before.open_fraction * belief.before.matched_fraction,
-        missed_frames=task.track.missed_frames + 1,
+        missed_frames=track.missed_frames + 1,
         still_frames=0,
         motion=Motion.rest(task.scene.frame.t_ns),
         rest=None,
-        looked_ns=task.track.seen_ns,
+        looked_ns=track.seen_ns,
         searched_ns=task.scene.frame.t_ns - SEARCH_PERIOD_NS,
         searches_in_vain=0,
     )

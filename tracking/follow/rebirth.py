@@ -15,14 +15,13 @@ from itertools import islice
 from scenes.state import TrackState
 from tracking.evidence.evidence import gather, view_of
 from tracking.evidence.observation import observe
-from tracking.follow.belief import CERTAIN_NATS, accounts_for, is_sure
+from tracking.follow.belief import CERTAIN_NATS, STAYS_NATS, accounts_for, is_sure
 from tracking.follow.posterior import is_carriable
 from tracking.follow.redetection import Search
 from tracking.follow.track import Review, Task, Track, portable
 from tracking.hypotheses.births import Expected, born, seen_again
 from tracking.hypotheses.budget import FrameBudget, Step
 from tracking.hypotheses.hypothesis import CLEAR_NATS, Hypothesis, is_other
-from tracking.hypotheses.prior import stayed_log_prior
 from tracking.hypotheses.refinement import CLEAR_SHARE
 from tracking.hypotheses.search_runner import IN_FRAMES, SearchRunner
 from tracking.likelihood.pose_likelihood import pose_support
@@ -226,7 +225,7 @@ def _is_likelier(task: Task, item: Hypothesis) -> bool:
     # stands before it has the colours of a part of it somewhere.
     if rests and not is_sure(support.nats_a_sample):
         return False
-    stays = stayed_log_prior() if rests else 0.0
+    stays = STAYS_NATS if rests else 0.0
     return item.log_odds > max(there.nats, 0.0) + stays + CLEAR_NATS
 
 
@@ -249,6 +248,7 @@ def _born(task: Task, item: Hypothesis) -> Track:
         usual_inlier_ratio=fit.unoccluded_inlier_ratio,
         usual_correlation=max(fit.colour_correlation, 0.0),
         usual_nats=item.support.nats,
+        stays_nats=STAYS_NATS,
         rate=item.support.nats_a_sample,
         world_from_known=fit.world_from_object,
         known_ns=now,

@@ -9,14 +9,13 @@ from functools import partial
 from scenes.state import TrackState
 from tracking.evidence.evidence import gather, view_of
 from tracking.evidence.observation import observe
-from tracking.follow.belief import is_sure, support_at
+from tracking.follow.belief import STAYS_NATS, is_sure, support_at
 from tracking.follow.posterior import HEAVY_HEIGHT_M
 from tracking.follow.rest import rest_of
 from tracking.follow.track import RESTING_FRAMES, SEARCH_PERIOD_NS, Review, Task, Track, portable
 from tracking.hypotheses.assignment import Assignment, AssignmentCandidates, assign, is_same_spot
 from tracking.hypotheses.budget import FrameBudget
 from tracking.hypotheses.hypothesis import CLEAR_NATS, Hypothesis, distinct, is_other
-from tracking.hypotheses.prior import stayed_log_prior
 from tracking.hypotheses.refinement import fit_at
 from tracking.hypotheses.search import search
 from tracking.hypotheses.search_runner import BEGUN, IN_FRAMES, Progress, SearchRunner
@@ -188,7 +187,7 @@ def _stayed(task: Task) -> Hypothesis:
     scene, model, pose = task.scene, task.model, task.track.world_from_object
     evidence = gather(scene, model, view_of(scene, model, pose, at_any_yaw=True), task.neighbours)
     support = pose_support(observe(scene, evidence), model, pose, scene.renderer)
-    return Hypothesis(fit_at(scene, model, evidence, pose), support, stayed_log_prior())
+    return Hypothesis(fit_at(scene, model, evidence, pose), support, task.track.stays_nats)
 
 
 def _still_free(task: Task) -> tuple[Hypothesis, ...]:
@@ -245,6 +244,7 @@ def _redetect(task: Task, assignment: Assignment | None) -> Track:
         usual_inlier_ratio=fit.unoccluded_inlier_ratio,
         usual_correlation=max(fit.colour_correlation, 0.0),
         usual_nats=hypothesis.support.nats,
+        stays_nats=STAYS_NATS,
         rate=hypothesis.support.nats_a_sample,
         world_from_known=fit.world_from_object,
         known_ns=now,

@@ -17,6 +17,7 @@ from tracking.evidence.observation import Observation
 from tracking.evidence.rendering import ReducedRendering
 from tracking.hypotheses.budget import NOMINAL_COSTS, StepCosts
 from tracking.hypotheses.hypothesis import CLEAR_NATS, Hypothesis
+from tracking.hypotheses.prior import stayed_log_prior
 from tracking.likelihood.pixel_model import PoseSupport
 from tracking.model.object_model import TrackModel
 from tracking.solve.gauss_newton import SILHOUETTE_BIAS_M, SILHOUETTE_BIAS_SIGMA_M, Fit
@@ -126,6 +127,8 @@ class Track:
         reduced: its last reduced rendering; None before.
         appearance: its appearance where it last rested unoccluded; None before.
         world_from_stood: the pose at which it last rested in plain sight; None before.
+        stays_nats: log odds that it is where it is believed, against being nowhere in view, before
+            a picture; until it is seen, by how many other objects are where the scan has them.
         seen_ns: frame time of the last accepted measurement.
         compared_ns: frame time at which its pose was last compared with those beside it.
         looked_ns: frame time of the last search around its last place; when it was seen, before.
@@ -160,6 +163,7 @@ class Track:
     reduced: ReducedRendering | None
     appearance: AppearanceMemory | None
     world_from_stood: Pose | None
+    stays_nats: float
     seen_ns: int
     compared_ns: int
     looked_ns: int
@@ -245,6 +249,7 @@ def new_track(model: TrackModel) -> Track:
         reduced=None,
         appearance=None,
         world_from_stood=None,
+        stays_nats=stayed_log_prior(),
         seen_ns=0,
         compared_ns=0,
         looked_ns=0,

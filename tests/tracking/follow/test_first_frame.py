@@ -9,6 +9,7 @@ from scenes.pose import Pose
 from scenes.state import TrackState
 from tracking.follow.first_frame import settle_all
 from tracking.follow.track import new_track
+from tracking.hypotheses.prior import stayed_log_prior
 
 
 @pytest.fixture
@@ -68,3 +69,18 @@ def test_what_is_nowhere_is_lost(table, no_mug, believed):
     tracks = settle_all(tasks(table, no_mug), believed())
     assert tracks["mug-1"].state is TrackState.LOST
     assert tracks["mug-1"].confidence == 0.0
+
+
+def test_what_hides_is_doubted_where_others_have_left(table, as_scanned, no_mug, believed):
+    """How much was moved differs from session to session, and the others tell."""
+    seen = {"usual_nats": 30.0}
+
+    def stays_nats(scene, **changed):
+        tracks = believed(**changed)
+        return settle_all(tasks(table, scene), tracks)["mug-1"].stays_nats
+
+    nothing_known = new_track(table.models["mug-1"]).stays_nats
+    assert stays_nats(as_scanned, book=seen, box=seen) > nothing_known + 1.0
+    lost = {"state": TrackState.LOST}
+    assert stays_nats(no_mug, mug=lost, book=seen, box=seen) > nothing_known + 1.0
+    assert stayed_log_prior(left=5) < stayed_log_prior(stayed=5, left=5) < nothing_known
