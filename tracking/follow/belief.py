@@ -19,7 +19,7 @@ from tracking.evidence.observation import Observation, observe
 from tracking.follow.track import Task, Track
 from tracking.hypotheses.hypothesis import CLEAR_NATS, Hypothesis, is_other
 from tracking.hypotheses.prior import MOVED, STAYED, stayed_log_prior
-from tracking.hypotheses.refinement import fit_at, refine
+from tracking.hypotheses.refinement import CLEAR_SHARE, fit_at, refine
 from tracking.hypotheses.yaws import likeliest_yaws
 from tracking.likelihood.drawn_object import claim
 from tracking.likelihood.pixel_model import PoseSupport
@@ -193,6 +193,9 @@ def is_at_rest_still(task: Task, belief: Belief, *, is_doubtful: bool) -> bool:
     has_changed = belief.before.nats + CLEAR_NATS < task.track.usual_nats
     is_explained = has_changed and accounts_for_change(task, belief)
     margin = CLEAR_NATS if is_doubtful or not is_explained else 0.0
+    if not is_explained:
+        # What a model is off by has a share of its nats, and the more pixels the more of them.
+        margin = max(margin, CLEAR_SHARE * belief.found.nats)
     return belief.before.nats + margin >= belief.found.nats
 
 

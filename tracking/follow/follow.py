@@ -212,7 +212,8 @@ def _at_rest(task: Task, evidence: Evidence, belief: Belief, *, unchanged: bool)
         task, fit = review_yaw(task, evidence, belief, is_shaken=True)
         if fit is not belief.fit:
             turned = weigh_measurement(task, belief.observation, fit)
-            if accounts_for_change(task, turned):
+            shows = shows_as_usual(task.track, turned.found.nats_a_sample)
+            if shows and accounts_for_change(task, turned):
                 return accept(task, evidence, turned, rests=False, unchanged=False)
     before = belief.before
     is_seen = accounts_for(task.track, before.nats_a_sample) or not is_hidden

@@ -52,6 +52,9 @@ def a_task(usual):
         (8.0, 6.0, 20.0, False, True),
         (12.0, 6.0, 20.0, False, False),
         (13.1, 6.0, 20.0, False, False),
+        # What passers-by and a model's own faults say for a pose beside it grows with its size.
+        (91.0, 81.0, 194.0, False, True),
+        (150.0, 81.0, 194.0, False, False),
         # It has left, and is half hidden where it is now.
         (5.0, -12.0, 20.0, False, False),
     ],

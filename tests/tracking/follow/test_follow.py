@@ -134,3 +134,26 @@ def test_what_rests_or_is_hidden_there_moves_only_to_where_it_is_in_no_doubt(
     apart = after.world_from_object.translation - track.world_from_object.translation
     assert (float(np.linalg.norm(apart)) > 0.001) == moves
     assert after.was_at_rest != moves
+
+
+@pytest.mark.parametrize(("turned", "moves"), [(36.0, True), (28.0, False)])
+def test_what_rests_is_turned_on_the_spot_only_where_it_shows_as_much_as_usual(
+    table, mug_elsewhere, monkeypatch, turned, moves
+):
+    """A passer-by before an armchair resembled one turned by half, 45 cm beside its place."""
+    scene, now = mug_elsewhere
+    task = table.task(scene, "mug-1")
+    usual = PoseSupport(40.0, SAMPLES, 1.0, 1.0, 0.0, 900.0)
+    track = replace(task.track, usual_nats=usual.nats, usual_rate=usual.nats_a_sample)
+    evidence = gather(scene, task.model, view_of(scene, task.model, now), task.neighbours)
+    other = fit_at(scene, task.model, evidence, now)
+
+    def weighed(_task, observation, fit):
+        found, here = (replace(usual, nats=n) for n in (turned if fit is other else 12.0, 12.0))
+        return Belief(observation, fit, found, lambda: here)
+
+    monkeypatch.setattr(follow_module, "weigh_measurement", weighed)
+    monkeypatch.setattr(follow_module, "review_yaw", lambda task, *_, **__: (task, other))
+    after = follow(replace(task, track=track), unchanged=False)
+    apart = after.world_from_object.translation - track.world_from_object.translation
+    assert (float(np.linalg.norm(apart)) > 0.05) == moves
