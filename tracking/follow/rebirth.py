@@ -214,6 +214,9 @@ def _is_likelier(task: Task, item: Hypothesis) -> bool:
     if is_step and is_sure(there.nats_a_sample):
         return False
     if track.state is TrackState.TRACKED:
+        # What is nearer covers more pixels, and has more nats of what is around it.
+        if support.nats_a_sample < there.nats_a_sample:
+            return False
         # What is followed shows less for a picture or two, too, in a hand or in another light.
         missing_nats = MISSING_SHARE * track.usual_nats
         if is_sure(support.nats_a_sample):

@@ -199,29 +199,32 @@ def climb_if_clear(
         log_prior: nats of a pose before anything was seen.
     """
 
-    def likeliest(poses: Sequence[Pose]) -> tuple[float, Pose]:
+    def likeliest(poses: Sequence[Pose]) -> tuple[float, float, Pose]:
         found = pose_supports(seen, model, poses=poses, renderer=scene.renderer)
         odds = [said.nats + log_prior(pose) for said, pose in zip(found, poses, strict=True)]
         best = int(np.argmax(odds))
-        return odds[best], poses[best]
+        return odds[best], found[best].nats_a_sample, poses[best]
 
-    best, pose = likeliest([world_from_start])
+    start, start_rate, pose = likeliest([world_from_start])
     for step in (2.0 * CLIMB_STEP, CLIMB_STEP):
         beside = list(_all_beside(seen, model, world_from_object=pose, step=step))
-        odds, other = likeliest(beside)
+        best, rate, other = likeliest(beside)
         # So many poses are tried that one of them is likelier by chance.
-        if odds > best + max(CLEAR_NATS + math.log(len(beside)), CLEAR_SHARE * odds):
+        if best > start + CLEAR_NATS + math.log(len(beside)):
             break
     else:
         return None
-    best, pose = odds, other
+    pose = other
     while step >= CLIMB_RESOLVED:
-        odds, other = likeliest(list(_all_beside(seen, model, world_from_object=pose, step=step)))
+        beside = list(_all_beside(seen, model, world_from_object=pose, step=step))
+        odds, other_rate, other = likeliest(beside)
         if odds > best:
-            best, pose = odds, other
+            best, rate, pose = odds, other_rate, other
         else:
             step /= 2.0
-    return pose
+    # What is nearer covers more pixels, and has more nats of what is around it.
+    share = 1.0 - CLEAR_SHARE
+    return pose if start < share * best or start_rate < share * rate else None
 
 
 def _all_beside(

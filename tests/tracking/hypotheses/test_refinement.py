@@ -1,14 +1,17 @@
 """Refining a pose: by outline, by colours, and by climbing the likelihood itself."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from scenes.pose import Pose, wrap_angle
 from tracking.evidence.observation import observe
+from tracking.hypotheses import refinement
 from tracking.hypotheses.budget import BudgetExhausted, FrameBudget, Step
 from tracking.hypotheses.refinement import CLIMB_STEP, climb, climb_if_clear, refine
+from tracking.likelihood.pixel_model import PoseSupport
 from tracking.likelihood.pose_likelihood import pose_support
 
 
@@ -67,6 +70,29 @@ def test_what_is_as_likely_as_all_beside_it_stays(seen):
 
     at["log_prior"] = never_back
     assert climb_if_clear(observation, model, world_from_start=astray, **at) is None
+
+
+@pytest.mark.parametrize(("samples", "climbs"), [(202.0, True), (184.0, False)])
+def test_what_is_followed_too_near_the_eye_has_as_many_nats_of_more_pixels(
+    seen, monkeypatch, samples, climbs
+):
+    """An armchair that is pushed was followed 15 cm before its place, with 141 of 168 nats."""
+    scene, _, observation, model, true = seen
+    there = PoseSupport(168.0, 182.0, 1.0, 0.9, 0.0, 9000.0)
+    astray = Pose(true.rotation, true.translation + model.radius_m * np.array([0.3, 0.0, 0.0]))
+
+    def supports(*_, poses, **__):
+        share = [np.linalg.norm(p.translation - true.translation) / model.radius_m for p in poses]
+        share = [min(apart / 0.3, 1.0) for apart in share]
+        return [
+            replace(there, nats=168.0 - 27.0 * s, samples=182.0 + (samples - 182.0) * s)
+            for s in share
+        ]
+
+    monkeypatch.setattr(refinement, "pose_supports", supports)
+    at = {"scene": scene, "log_prior": lambda pose: 0.0}
+    found = climb_if_clear(observation, model, world_from_start=astray, **at)
+    assert (found is not None) == climbs
 
 
 def test_a_refinement_spread_over_frames_comes_to_the_same(seen):
