@@ -30,7 +30,8 @@ UNSEEN = 1.0 - STAYED - MOVED
 SESSION = 1.0
 """Objects that weigh as much as `STAYED` in the share of what stays in a session. One, as
 sessions differ by more than by chance: in most nobody has touched anything, after a party
-everything stands elsewhere."""
+everything stands elsewhere. With four the log odds of a place differ by 0.3 where half of ten
+others have left theirs, and by 1.2 where none has."""
 
 LIKE_BEFORE = 0.9
 """Probability that what was moved stands on the floor if it stood there before, and on furniture if

@@ -46,9 +46,9 @@ CLIMB_RESOLVED = 0.02
 """Step below which a climb ends: half a pixel at `CLIMBED_PX`."""
 
 CLEAR_SHARE = 0.2
-"""Share of its nats by which another pose has to be likelier than a solver's before it is climbed
-to: a model's own faults moved a suitcase at rest 8 cm for 4 of 38 nats; what a solver loses of who
-carries it are 70 of 150."""
+"""Share of its nats, or of its nats a sample, by which another pose has to show more than a
+solver's before it is climbed to: a model's own faults moved a suitcase at rest 8 cm for 4 of 38
+nats; what a solver loses of who carries it are 70 of 150."""
 
 ALIGNED_PX = 18.0
 """Radius in px at which a rough pose is aligned: a place of the search's grid, off by an eighth of
@@ -189,7 +189,7 @@ def climb_if_clear(
     scene: Scene,
     log_prior: Callable[[Pose], float],
 ) -> Pose | None:
-    """The pose that a climb ends at; None if none beside its start is clearly likelier than that.
+    """The pose that a climb ends at; None if it is not clearly likelier than its start.
 
     Args:
         seen: a window around the start, as `for_climb` has it.
