@@ -98,13 +98,20 @@ class Schedule:
         return self.beat // period if is_due else None
 
 
-def bands_to_learn(schedule: Schedule, frame: Frame, tracks: Mapping[str, Track]) -> Sequence[Band]:
-    """Bands of the background to learn after the objects are measured: all in the first frame.
+def bands_to_learn(
+    schedule: Schedule, frame: Frame, tracks: Mapping[str, Track], *, is_seen_anew: bool
+) -> Sequence[Band]:
+    """Bands of the background to learn after the objects are measured.
 
-    While an object is lost, nothing is learned: it may be anywhere.
+    Args:
+        schedule: of this frame.
+        frame: this frame.
+        tracks: after it.
+        is_seen_anew: whether the camera was located in it: all bands then, unless an object is
+            lost, which may be anywhere.
     """
     heights = [lens.height_px for lens in frame.rig.lenses]
-    if schedule.is_first and not _misses_any(tracks):
+    if is_seen_anew and not _misses_any(tracks):
         return [whole_lens(index, height_px) for index, height_px in enumerate(heights)]
     return [] if schedule.learns is None else [band_of(schedule.learns, heights)]
 
@@ -117,11 +124,14 @@ def _misses_any(tracks: Mapping[str, Track]) -> bool:
 def care_beside(tracks: Mapping[str, Track], *, is_first: bool) -> Care:
     """The care with which the background is learned.
 
-    From a single picture, shadows of the room cannot be distinguished from those of objects that
-    will move.
+    What is hidden may have gone, and stand elsewhere. From a single picture, shadows of the room
+    cannot be distinguished from those of objects that will move.
     """
-    is_unseen = any(track.visible_fraction == 0 for track in tracks.values())
-    if is_unseen or _misses_any(tracks):
+    is_hidden = any(
+        track.visible_fraction == 0 or track.state is TrackState.OCCLUDED
+        for track in tracks.values()
+    )
+    if is_hidden or _misses_any(tracks):
         return Care.WARY
     return Care.CAUTIOUS if is_first else Care.LITTLE
 

@@ -174,7 +174,8 @@ class Tracker:
         tracks, is_time_left = self._measure(state, schedule, tasks, looks)
         tracks, search, look = self._search(state, tasks, tracks, is_time_left=is_time_left)
         measured = self._stopwatch()
-        rig = self._learn(rig, scene, tracks, schedule)
+        is_seen_anew = state.rig is None or rig.background is not state.rig.background
+        rig = self._learn(rig, scene, tracks, schedule, is_seen_anew=is_seen_anew)
         following = TrackerState(
             MappingProxyType(tracks),
             rig,
@@ -261,11 +262,18 @@ class Tracker:
         return {**tracks, **found}, search, look
 
     def _learn(
-        self, rig: RigState, scene: Scene, tracks: Mapping[str, Track], schedule: Schedule
+        self,
+        rig: RigState,
+        scene: Scene,
+        tracks: Mapping[str, Track],
+        schedule: Schedule,
+        *,
+        is_seen_anew: bool,
     ) -> RigState:
         """The rig's state after the bands of the background that are due were learned."""
         standing = self._standing(tracks, scene.layers, is_first=schedule.is_first)
-        for band in bands_to_learn(schedule, scene.frame, tracks):
+        bands = bands_to_learn(schedule, scene.frame, tracks, is_seen_anew=is_seen_anew)
+        for band in bands:
             exposure = scene.exposures[band.lens]
             background = self._rig_tracker.learn(
                 rig.background, scene.frame, standing, exposure=exposure, band=band

@@ -20,6 +20,7 @@ from scenes.samples import sample_room
 from scenes.state import TrackState
 from studio.evaluate.metrics import pose_error
 from tests.conftest import over
+from tracking.background.layers import LayerCache
 from tracking.baseline.paper import PaperTracker
 from tracking.camera.calibration import calibrate
 from tracking.follow.follow import follow
@@ -163,6 +164,25 @@ def test_what_was_moved_while_the_camera_was_bumped_is_not_believed_to_rest(scen
             assert TrackState.STATIC not in {track.state for track in output.objects}
     for name, track in by_id(output).items():
         assert pose_error(track.world_from_object, now[name]).world_cm < 3.5, name
+
+
+def test_what_was_moved_while_the_camera_was_bumped_is_not_learned_as_room(scene, picture, begun):
+    room, _, models = scene
+    bumped = marker_off(room.world_from_rig, 0.6, 0.004)
+    tracker, state, _ = begun
+    chair = next(model for model in models if model.object_id == "chair-1")
+    stands = moved(chair.world_from_object, -0.5, 0.3, 40.0)
+    frame = picture({"chair-1": stands}, seq=1, camera=bumped)
+    state, _ = tracker.step(state, frame, FRAME_NS)
+    layers, at = LayerCache(), state.rig.background.world_from_rig
+    learned = state.rig.background.learned
+    for lens in range(len(RIG.lenses)):
+        drawn = layers.layer(chair, stands, RIG, at, NativeRenderer(), lens=lens)
+        rows = slice(drawn.top, drawn.top + len(drawn.alpha))
+        columns = slice(drawn.left, drawn.left + drawn.alpha.shape[1])
+        inside = drawn.alpha > 0.9
+        if inside.any():
+            assert learned[lens][rows, columns][inside].mean() < 0.02
 
 
 def test_a_covered_camera_holds_what_it_saw_and_says_that_it_is_lost(picture, begun):

@@ -111,12 +111,16 @@ class RigTracker:
         calibration: Calibration,
         standing: StandingObjects,
     ) -> RigState:
-        """The state of a camera that has just been located, its background learned at once."""
+        """The state of a camera that has just been located, its background learned at once.
+
+        Until the objects are measured from there, they may be anywhere.
+        """
         background = render_background(
             self._renderer, self._room, frame.rig, calibration.world_from_rig
         )
         ranges_m = background.ranges_m
         exposures = LensExposures(frame.images, background)
+        standing = replace(standing, care=Care.WARY)
         for index, lens in enumerate(frame.rig.lenses):
             band, exposure = whole_lens(index, lens.height_px), exposures[index]
             background = self.learn(background, frame, standing, exposure=exposure, band=band)
