@@ -138,6 +138,7 @@ def _decided(
             predicted_world_from_object=predicted_world_from_object,
         )
     belief = _again(task, belief, evidence=evidence)
+    belief = _unless_it_stayed(task, belief, evidence=evidence)
     task, belief = _reviewed(task, belief, evidence=evidence)
     if is_followed(task.track, belief):
         return accept(task, evidence, belief, rests=False, unchanged=unchanged)
@@ -281,6 +282,20 @@ def _again(task: Task, belief: Belief, *, evidence: Evidence) -> Belief:
         return belief
     settled = settle(task, evidence, belief)
     return belief if settled is belief.fit else weigh_measurement(task, belief.observation, settled)
+
+
+def _unless_it_stayed(task: Task, belief: Belief, *, evidence: Evidence) -> Belief:
+    """The belief, or that in the last pose if the measured one is elsewhere and less likely.
+
+    What is seen against a plain surface may be as large and farther, or smaller and nearer: a book
+    that somebody had put down went 13 cm up towards the camera, and stayed there.
+    """
+    last = task.track.world_from_object
+    if not is_other(task.model, belief.fit.world_from_object, last):
+        return belief
+    before = belief.before
+    stays = before.nats > max(belief.found.nats, 0.0) and not before.is_covered
+    return at_pose(task, evidence, belief, last) if stays else belief
 
 
 def _reviewed(task: Task, belief: Belief, *, evidence: Evidence) -> tuple[Task, Belief]:

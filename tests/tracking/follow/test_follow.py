@@ -136,6 +136,27 @@ def test_what_rests_or_is_hidden_there_moves_only_to_where_it_is_in_no_doubt(
     assert after.was_at_rest != moves
 
 
+@pytest.mark.parametrize(("before", "moves"), [(17.0, False), (14.0, True)])
+def test_what_moves_goes_only_where_it_is_likelier_than_where_it_was(
+    table, mug_elsewhere, compared, monkeypatch, before, moves
+):
+    """A book that somebody had put down went 13 cm towards the camera, and stayed there."""
+    scene, now = mug_elsewhere
+    task = table.task(scene, "mug-1", state=TrackState.TRACKED, was_at_rest=False, usual_nats=16.0)
+    usual = PoseSupport(16.0, SAMPLES, 1.0, 1.0, 0.0, 900.0)
+    evidence = gather(scene, task.model, view_of(scene, task.model, now), task.neighbours)
+    elsewhere = fit_at(scene, task.model, evidence, now)
+
+    def weighed(_task, observation, _fit):
+        found, here = (replace(usual, nats=nats) for nats in (15.0, before))
+        return Belief(observation, elsewhere, found, lambda: here)
+
+    monkeypatch.setattr(follow_module, "weigh_measurement", weighed)
+    after = follow(task, unchanged=False)
+    apart = after.world_from_object.translation - task.track.world_from_object.translation
+    assert (float(np.linalg.norm(apart)) > 0.05) == moves
+
+
 @pytest.mark.parametrize(("turned", "moves"), [(36.0, True), (28.0, False)])
 def test_what_rests_is_turned_on_the_spot_only_where_it_shows_as_much_as_usual(
     table, mug_elsewhere, monkeypatch, turned, moves
