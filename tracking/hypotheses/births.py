@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
@@ -360,8 +361,21 @@ def _places(around: Surroundings) -> Points:
     if len(places) == 0:
         return places
     share = changed_share(look, model, places)
-    order = np.argsort(-share, kind="stable")[:MAX_PLACES]
-    return places[order[share[order] > MIN_CHANGED]]
+    has_changed = share > MIN_CHANGED
+    places, share = places[has_changed], share[has_changed]
+    return places[_likeliest_first(expected, places, share=share)[:MAX_PLACES]]
+
+
+def _likeliest_first(expected: Expected, places: Points, *, share: Points) -> NDArray[np.intp]:
+    """(P,) indices of places: by turns the most changed one, and that of those on support planes.
+
+    At every height who carries an object, and covers more of the picture than it, is as much
+    changed: the most changed places may all be in his silhouette.
+    """
+    most = np.argsort(-share, kind="stable")
+    standing = most[np.isin(places[most, 2], expected.supports_m)]
+    in_turns = chain.from_iterable(zip(standing.tolist(), most.tolist(), strict=False))
+    return np.array(list(dict.fromkeys(chain(in_turns, most.tolist()))), dtype=np.intp)
 
 
 def _apart(model: TrackModel, poses: Sequence[Pose], *, count: int) -> list[Pose]:
