@@ -26,7 +26,7 @@ from tracking.evidence.evidence import Neighbour, Scene
 from tracking.follow.first_frame import settle_all
 from tracking.follow.follow import follow
 from tracking.follow.outcome import hold, see_anew
-from tracking.follow.rebirth import look_around
+from tracking.follow.rebirth import awaiting_look, look_around
 from tracking.follow.redetection import Search, is_missing, redetect
 from tracking.follow.rest import first_look
 from tracking.follow.track import Task, Track, new_track, report
@@ -257,8 +257,12 @@ class Tracker:
         if looked or not is_time_left:
             return {**tracks, **looked}, search, look
         budget_ms = min(SEARCH_SHARE * first.interval_ns / 1e6, state.options.search_ms)
-        missing = [task for task in self._beside(tasks, tracks) if is_missing(task.track)]
-        found, search = redetect(missing, search, budget_ms=budget_ms, runner=self._searches)
+        beside = self._beside(tasks, tracks)
+        missing = [task for task in beside if is_missing(task.track)]
+        awaiting = awaiting_look(beside, look)
+        found, search = redetect(
+            missing, search, budget_ms=budget_ms, runner=self._searches, looked_for=awaiting
+        )
         return {**tracks, **found}, search, look
 
     def _learn(

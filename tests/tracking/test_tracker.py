@@ -270,6 +270,7 @@ def test_finds_a_chair_that_was_moved_between_sessions(scene, picture, renderer)
 def test_a_search_for_what_is_lost_is_spread_over_frames(scene, picture, begun, monkeypatch):
     # A look around its last place would find it in the first picture.
     monkeypatch.setattr(tracking.tracker, "look_around", lambda tasks, look, *, runner: ({}, None))
+    monkeypatch.setattr(tracking.tracker, "awaiting_look", lambda tasks, look: frozenset())
     room = scene[0]
     tracker, state, _ = begun
     chair = moved(room.object_by_id("chair-1").world_from_object, -0.9, 0.5, 60)

@@ -258,6 +258,7 @@ def miss(task: Task, belief: Belief) -> Track:
         visible_fraction=belief.before.open_fraction * belief.before.matched_fraction,
         confidence=confidence_of(belief.before, track.rival_nats, stays_nats=track.stays_nats),
         missed_frames=missed,
+        missing_ns=_missing_since(task),
         still_frames=0,
         state=TrackState.OCCLUDED,
         motion=track.motion if is_carried and missed <= COASTED_FRAMES else Motion.rest(now),
@@ -276,6 +277,7 @@ def lose(task: Task, belief: Belief) -> Track:
         confidence=confidence_of(belief.before, track.rival_nats, stays_nats=track.stays_nats),
         visible_fraction=belief.before.open_fraction * belief.before.matched_fraction,
         missed_frames=track.missed_frames + 1,
+        missing_ns=_missing_since(task),
         still_frames=0,
         motion=Motion.rest(task.scene.frame.t_ns),
         rest=None,
@@ -283,6 +285,13 @@ def lose(task: Task, belief: Belief) -> Track:
         searched_ns=task.scene.frame.t_ns - SEARCH_PERIOD_NS,
         searches_in_vain=0,
     )
+
+
+def _missing_since(task: Task) -> int:
+    """Frame time of the first picture without an object that was known in the one before it."""
+    track = task.track
+    was_known = track.missed_frames == 0 and track.known_ns == track.seen_ns
+    return task.scene.frame.t_ns if was_known else track.missing_ns
 
 
 def hold(track: Track, now_ns: int) -> Track:

@@ -29,7 +29,8 @@ from tracking.solve.covariance import uncertainty
 from tracking.solve.motion import Motion
 
 KNOWN_NS = 2_000_000_000
-"""Time in ns since an object was known for which it is looked for around there."""
+"""Time in ns, since an object was known and pictures showed it no more, for which it is looked for
+around there: while the camera is cut off nothing can be found."""
 
 JUMP_M, FASTEST_M_S, FARTHEST_M = 0.08, 3.0, 1.2
 """Distance that is always reachable, speed of a carried object at most (at arm's length from who
@@ -86,6 +87,13 @@ def look_around(
     if task.scene is not look.task.scene:
         found = _confirmed(task, found)
     return {task.model.object_id: _born(task, found[0]) if found else task.track}, None
+
+
+def awaiting_look(tasks: Sequence[Task], look: Search | None) -> frozenset[str]:
+    """Ids of objects for which the pending look is, or one that is due."""
+    pending = [] if look is None else [look.task]
+    due = [task for task in tasks if _is_due(task)]
+    return frozenset(task.model.object_id for task in pending + due)
 
 
 def _most_missing(tasks: Sequence[Task]) -> Task | None:
@@ -147,7 +155,9 @@ def _is_due(task: Task) -> bool:
         is_wanted = _is_doubtful(task)
         since_ns = max(track.looked_ns - track.sure_ns, 0)
     else:
-        is_wanted = now - track.known_ns < KNOWN_NS
+        gone_ns = max(track.known_ns, track.missing_ns)
+        # Looks go one by one: each object has one at least.
+        is_wanted = now - gone_ns < KNOWN_NS or track.looked_ns <= gone_ns
         since_ns = LATER * max(track.looked_ns - track.known_ns, 0)
     wait_ns = max(task.costs.cost_ms(Step.BIRTH) / LOOK_SHARE * 1e6, since_ns)
     # A picture comes a little early or late.

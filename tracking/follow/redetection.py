@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -66,6 +66,7 @@ def redetect(
     *,
     budget_ms: float,
     runner: SearchRunner = IN_FRAMES,
+    looked_for: Collection[str] = (),
 ) -> tuple[Mapping[str, Track], Search | None]:
     """Tracks of lost objects after this frame's part of the search for one, and the pending rest.
 
@@ -77,11 +78,13 @@ def redetect(
         search: pending after the last frame; None if there is none.
         budget_ms: time for steps of the search in this frame.
         runner: computes it.
+        looked_for: ids of objects that are looked for around their places: no search begins for
+            them, which would take what the looks need.
     """
     if search is not None and _is_outdated(search, tasks):
         runner.give_up(search.progress)
         search = None
-    search = search or _begin(tasks)
+    search = search or _begin([task for task in tasks if _id(task) not in looked_for])
     if search is None:
         return {}, None
     work = partial(_hypotheses, search.task)

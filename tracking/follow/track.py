@@ -130,6 +130,7 @@ class Track:
         stays_nats: log odds that it is where it is believed, against being nowhere in view, before
             a picture; until it is seen, by how many other objects are where the scan has them.
         seen_ns: frame time of the last accepted measurement.
+        missing_ns: frame time of the first without one after one in which it was known.
         compared_ns: frame time at which its pose was last compared with those beside it.
         looked_ns: frame time of the last search around its last place; when it was seen, before.
         searched_ns: frame time of the last search over the whole scene.
@@ -165,6 +166,7 @@ class Track:
     world_from_stood: Pose | None
     stays_nats: float
     seen_ns: int
+    missing_ns: int
     compared_ns: int
     looked_ns: int
     searched_ns: int
@@ -251,6 +253,7 @@ def new_track(model: TrackModel) -> Track:
         world_from_stood=None,
         stays_nats=stayed_log_prior(),
         seen_ns=0,
+        missing_ns=0,
         compared_ns=0,
         looked_ns=0,
         searched_ns=-SEARCH_PERIOD_NS,

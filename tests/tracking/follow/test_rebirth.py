@@ -12,13 +12,14 @@ from tracking.beside.runner import SearchBesideFrames
 from tracking.follow.belief import MIN_RATE, accounts_for
 from tracking.follow.follow import follow
 from tracking.follow.posterior import WIDEST_CARRIED_M
-from tracking.follow.rebirth import FARTHEST_M, expected_of, look_around
+from tracking.follow.rebirth import FARTHEST_M, awaiting_look, expected_of, look_around
+from tracking.follow.redetection import Search
 from tracking.follow.track import Review
 from tracking.hypotheses.budget import FrameBudget, Step
 from tracking.hypotheses.search_runner import BEGUN, Progress
 from tracking.solve.motion import Motion
 
-FRAME_NS = 100_000_000
+FRAME_NS, SECOND_NS = 100_000_000, 1_000_000_000
 
 
 @pytest.fixture
@@ -170,6 +171,31 @@ def test_looks_take_turns_and_wait_longer_the_longer_nothing_is_found(table, lif
     long_ago = replace(scene, frame=replace(scene.frame, t_ns=1_500_000_000))
     # Looked for after 1.3 s, it is not looked for again before a quarter of that has gone by.
     assert looked([lost_sight_of(table, long_ago, looked_ns=1_300_000_000)]) == {}
+
+
+def test_what_is_missed_after_a_gap_in_the_pictures_is_looked_for(table, lifted):
+    """While a camera was cut off for 20 s a stool was pushed, and only searched for after that."""
+    scene, now = lifted
+    gap_ns = 20 * SECOND_NS
+    after = replace(scene, frame=replace(scene.frame, t_ns=gap_ns))
+    missed = lost_sight_of(table, after, missing_ns=gap_ns, looked_ns=FRAME_NS)
+    found = looked([missed])["book-1"]
+    assert found.state is TrackState.TRACKED
+    assert np.linalg.norm(found.world_from_object.translation - now.translation) < 0.05
+    # Others were looked for first.
+    waited = {"missing_ns": gap_ns - 3 * SECOND_NS, "looked_ns": gap_ns - 4 * SECOND_NS}
+    assert "book-1" in looked([lost_sight_of(table, after, **waited)])
+    waited["looked_ns"] += 2 * SECOND_NS
+    assert looked([lost_sight_of(table, after, **waited)]) == {}
+
+
+def test_what_a_look_is_due_or_pending_for_awaits_it(table, lifted):
+    scene, _ = lifted
+    due = lost_sight_of(table, scene)
+    seen = table.task(scene, "mug-1")
+    assert awaiting_look([due, seen], None) == {"book-1"}
+    assert awaiting_look([seen], Search(due)) == {"book-1"}
+    assert awaiting_look([seen], None) == frozenset()
 
 
 def test_it_may_be_as_far_as_people_carry_things_and_at_any_height(table, lifted):

@@ -25,6 +25,7 @@ from tracking.hypotheses.refinement import fit_at
 from tracking.hypotheses.search_runner import Progress
 from tracking.likelihood.pose_likelihood import pose_support
 
+PAIR = ("mug-1", "box-1")
 LOST = {"state": TrackState.LOST}
 
 
@@ -181,6 +182,14 @@ def test_what_waited_longest_is_looked_for_first(table, no_mug):
     _, search = redetect(tasks, None, budget_ms=1.0)
     assert search is not None
     assert search.task.model is tasks[1].model
+
+
+def test_no_search_begins_for_what_is_looked_for_around_its_place(table, no_mug):
+    tasks = [table.task(no_mug, name, **LOST, searched_ns=-9 * SEARCH_PERIOD_NS) for name in PAIR]
+    _, search = redetect(tasks, None, budget_ms=1.0, looked_for={"mug-1"})
+    assert search is not None
+    assert search.task.model is tasks[1].model
+    assert redetect(tasks, None, budget_ms=1.0, looked_for=PAIR) == ({}, None)
 
 
 def test_what_is_hidden_for_long_is_looked_for(table, no_mug):
