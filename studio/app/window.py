@@ -23,7 +23,7 @@ from PySide6.QtCore import (
 )
 from PySide6.QtWidgets import QApplication, QMainWindow, QWidget
 
-from scenes.memory import collect_due, give_back_memory, keep_heap_small, return_free_pages
+from scenes.memory import collect_due, give_back_memory, return_free_pages, share_one_heap
 from studio.app.model.documents.document import Document
 from studio.app.model.documents.document_file import SUFFIX, load_document
 from studio.app.model.jobs.live_job import LivePlan
@@ -74,7 +74,7 @@ def make_window(
         home: folder of settings and of work in progress; None for the user's own.
         plugins: folder of plug-ins; None for the user's own.
     """
-    keep_heap_small()
+    share_one_heap()
     home = home or settings_folder()
     settings, problem = load_settings(home / "settings.json")
     made: list[Workbench] = []

@@ -149,7 +149,7 @@ def setup_of(args: argparse.Namespace) -> LiveSetup:
 def _headless(args: argparse.Namespace) -> int:
     from devices.clock import WallClock
     from devices.hub.entry.tokens import Tokens
-    from scenes.memory import keep_heap_small
+    from scenes.memory import share_one_heap
     from scenes.opening import open_scene
     from scenes.render.native import NativeRenderer
     from studio.live.checks import live_checks
@@ -160,7 +160,7 @@ def _headless(args: argparse.Namespace) -> int:
     from studio.live.setup import recording_in
     from studio.session.preflight import run_checks, save_checks
 
-    keep_heap_small()
+    share_one_heap()
     out = args.out or next_free(DEFAULT_OUT)
     check_free(out, replaces=args.replace)
     scene = open_scene(args.scene)

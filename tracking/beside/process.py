@@ -18,7 +18,7 @@ from importlib import import_module
 from io import BufferedIOBase
 from typing import cast
 
-from scenes.memory import keep_heap_small, return_free_pages
+from scenes.memory import return_free_pages, share_one_heap
 from scenes.workers.task import Task
 from tracking.beside.messages import (
     Answer,
@@ -119,7 +119,7 @@ def main() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if hasattr(os, "nice"):
         os.nice(NICENESS)
-    keep_heap_small()
+    share_one_heap()
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
     # The first search shall not wait for the modules that it needs.

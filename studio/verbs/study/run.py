@@ -54,14 +54,14 @@ def run(args: argparse.Namespace) -> int:
         ValueError, OSError: an input is bad, or a file cannot be written.
     """
     from devices.clock import WallClock
-    from scenes.memory import keep_heap_small
+    from scenes.memory import share_one_heap
     from studio.live.people.hosting import Hosting
     from studio.study.folder import StudyFolder
     from studio.study.trial import Stage, play_trial
 
     if args.limit is not None and not args.limit > 0:
         raise ValueError(f"--limit {args.limit:g}: wanted more than 0")
-    keep_heap_small()
+    share_one_heap()
     folder = StudyFolder(args.folder)
     trial = _next(folder, args.participant)
     if trial is None:
