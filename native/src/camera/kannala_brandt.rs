@@ -10,6 +10,12 @@ use crate::camera::window::{PixelBox, Window};
 
 /// Intervals of the table that the inverse of d starts from.
 const INTERVALS: usize = 256;
+/// Most steps of Newton's method for an angle of the table: three from one interval away, more where
+/// d hardly grows.
+const STEPS: usize = 20;
+/// Step, radians, from which an angle of the table is exact: a hundredth of what single precision
+/// resolves of its pixel.
+const EXACT: f64 = 1e-12;
 
 #[derive(Clone, Debug)]
 pub struct KannalaBrandt {
@@ -49,17 +55,15 @@ impl KannalaBrandt {
         };
         let edge = lens.growth_inside(max_angle);
         (lens.edge, lens.edge_slope) = (edge.value, edge.slope);
-        const SAMPLES: usize = 4096;
-        for k in 0..=SAMPLES {
-            let slope = lens
-                .growth_inside(max_angle * k as f64 / SAMPLES as f64)
-                .slope;
+        let (mut angle, mut slope) = (0.0, 1.0);
+        for k in 0..=INTERVALS {
+            let step = if k > 0 { lens.edge / INTERVALS as f64 } else { 0.0 };
+            let value = lens.edge * k as f64 / INTERVALS as f64;
+            (angle, slope) = lens.solved(value, angle + step / slope);
             lens.slopes = [lens.slopes[0].min(slope), lens.slopes[1].max(slope)];
+            lens.angles.push(angle);
         }
         lens.slopes = [0.99 * lens.slopes[0], 1.01 * lens.slopes[1]];
-        lens.angles = (0..=INTERVALS)
-            .map(|k| lens.halved_to(lens.edge * k as f64 / INTERVALS as f64))
-            .collect();
         lens
     }
 
@@ -93,18 +97,18 @@ impl KannalaBrandt {
         }
     }
 
-    /// The angle of a value of d within the lens, by halving.
-    fn halved_to(&self, value: f64) -> f64 {
-        let (mut low, mut high) = (0.0, self.max_angle);
-        for _ in 0..60 {
-            let middle = 0.5 * (low + high);
-            if self.growth_inside(middle).value < value {
-                low = middle;
-            } else {
-                high = middle;
+    /// The angle of a value of d within the lens, and d' there: by Newton's method from a near angle.
+    fn solved(&self, value: f64, near: f64) -> (f64, f64) {
+        let (mut angle, mut slope) = (near, 1.0);
+        for _ in 0..STEPS {
+            let growth = self.growth_inside(angle);
+            let step = (growth.value - value) / growth.slope;
+            (angle, slope) = ((angle - step).clamp(0.0, self.max_angle), growth.slope);
+            if step.abs() < EXACT {
+                break;
             }
         }
-        0.5 * (low + high)
+        (angle, slope)
     }
 
     /// The angle of any value of d: from the table, by Newton's method.
