@@ -39,7 +39,7 @@ from studio.session.records.provenance import library_versions
 from studio.session.session import Session, SessionOutput, SessionResult
 from tracking.options import TrackerOptions
 
-RETURN_PAGES_EVERY_S = 20.0
+RETURN_PAGES_EVERY_S = 5.0
 """Seconds between two returns of free memory to the system: some ms of one picture each."""
 
 SHOWN_STAGES = 300
