@@ -396,27 +396,6 @@ class ObservedWindow(TypedDict):
     range_m: NDArray[np.float32]
     in_any_light: bool
 
-class ComparedPictures(TypedDict):
-    """An object drawn alone with `finer` pixels each way per pixel of a window."""
-
-    finer: int
-    rgb: NDArray[np.float32]
-    alpha: NDArray[np.float32]
-    depth: NDArray[np.float32]
-    compass: NDArray[np.float32]
-    compass_alpha: NDArray[np.float32]
-
-class ComparisonTerms(TypedDict):
-    """How a pose is compared; `part` is left, top, width and height."""
-
-    part: tuple[int, int, int, int]
-    ring_px: int
-    reach_px: float
-    shared_px2: float
-    sigma: float
-    most_misfit: float
-    occluded: float
-
 class KernelDrawing(TypedDict):
     """Clouds that a kernel draws itself, by whom, through which lens and how."""
 
@@ -458,11 +437,6 @@ class PoseLikelihood:
     """How far a window speaks for poses; the twin is `tests.twins.likelihood`."""
 
     def __init__(self, constants: Mapping[str, object]) -> None: ...
-    def support(
-        self, window: ObservedWindow, drawn: ComparedPictures, terms: ComparisonTerms
-    ) -> tuple[float, float, float, float, float, float]:
-        """Nats, samples, open, matched and unknown fractions, area in px²."""
-
     def supports(
         self,
         window: ObservedWindow,
@@ -470,7 +444,7 @@ class PoseLikelihood:
         poses: ComparedPoses,
         drawing: KernelDrawing,
     ) -> list[tuple[float, float, float, float, float, float]]:
-        """`support` of an object at each of some poses, each placed and drawn here."""
+        """At each pose: nats, samples, open, matched and unknown fractions, and area in px²."""
 
 class DrawnArrays(TypedDict):
     """An object drawn alone."""

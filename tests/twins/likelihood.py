@@ -9,8 +9,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from scenes.pose import Pose
 from tracking.evidence.observation import Observation
-from tracking.likelihood.drawn_object import DrawnObject
+from tracking.likelihood.drawn_object import RING, DrawnObject, radius_px
 from tracking.likelihood.pixel_model import (
     BEHIND_M,
     BEHIND_SHARE,
@@ -22,16 +23,45 @@ from tracking.likelihood.pixel_model import (
     UNKNOWN_GAP_PX,
     UNKNOWN_PRIOR,
     UNKNOWN_RANGE,
+    UNKNOWN_REACH,
     PoseSupport,
-    Terms,
     Tolerance,
 )
+from tracking.likelihood.pose_likelihood import SHARED_M, SHARED_PX
 from tracking.model.misfit import RESIDUAL_SIGMA, misfit
+from tracking.model.object_model import TrackModel
 from tracking.model.relighting import LIGHT_SIGMA, RELIGHTING, LightPrior, fit_light
 from tracking.model.similarity import LENS_BLUR_PX, LENS_REACH_PX
 from tracking.window.filters import bell_blurred, resized
 
 FloatArray = NDArray[np.float32]
+
+
+@dataclass(frozen=True, slots=True)
+class Terms:
+    """How one pose is compared.
+
+    Attributes:
+        tolerance: how exactly it has to be right.
+        ring_px: width of the surroundings in which another light would show, too.
+        reach_px: distance over which surroundings tell of something unknown.
+        shared_px2: pixels of the window that share one error.
+    """
+
+    tolerance: Tolerance
+    ring_px: int
+    reach_px: float
+    shared_px2: float
+
+
+def terms_of(
+    observation: Observation, model: TrackModel, world_from_object: Pose, tolerance: Tolerance
+) -> Terms:
+    """How an object at a pose is compared with an observation."""
+    radius = radius_px(observation, model, world_from_object)
+    scan_px = radius * SHARED_M / model.radius_m
+    shared_px2 = (SHARED_PX / observation.lens_px) ** 2 + scan_px**2
+    return Terms(tolerance, max(round(RING * radius), 1), UNKNOWN_REACH * radius, shared_px2)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -23,7 +23,6 @@ from tracking.kernels.options import OPTIONS
 
 if TYPE_CHECKING:
     from scenes._native import (
-        ComparedPictures,
         DrawnArrays,
         ObservedWindow,
         TrackLayer,
@@ -33,7 +32,6 @@ if TYPE_CHECKING:
 __all__ = [
     "KERNELS",
     "Alone",
-    "ComparedPictures",
     "DrawnArrays",
     "ObservedWindow",
     "PoseLikelihood",

@@ -88,23 +88,6 @@ eight of 80 with a largest misfit from 1.5 to 2.6 nats, and was missed at 5.2.""
 
 
 @dataclass(frozen=True, slots=True)
-class Terms:
-    """How one pose is compared.
-
-    Attributes:
-        tolerance: how exactly it has to be right.
-        ring_px: width of the surroundings in which another light would show, too.
-        reach_px: distance over which surroundings tell of something unknown.
-        shared_px2: pixels of the window that share one error.
-    """
-
-    tolerance: Tolerance
-    ring_px: int
-    reach_px: float
-    shared_px2: float
-
-
-@dataclass(frozen=True, slots=True)
 class PoseSupport:
     """Support of a window for an object at a pose.
 

@@ -26,32 +26,26 @@ import numpy as np
 
 from scenes.pose import Pose
 from scenes.render.native import NativeRenderer, cameras_from_objects
-from scenes.render.renderer import Renderer
 from tracking.evidence.observation import Observation
 from tracking.kernels.native import PoseLikelihood
 from tracking.likelihood.drawn_object import (
     FINE_PX,
     MARGIN_PX,
     RING,
-    DrawnObject,
-    draw_object,
     levels_for,
     radii_at,
-    radius_px,
 )
 from tracking.likelihood.pixel_model import (
     EXACTLY,
-    NOT_IN_VIEW,
     UNKNOWN_REACH,
     PoseSupport,
-    Terms,
     Tolerance,
     for_native,
 )
 from tracking.model.object_model import RENDER_OPTIONS, TrackModel
 
 if TYPE_CHECKING:
-    from tracking.kernels.native import ComparedPictures, ObservedWindow
+    from tracking.kernels.native import ObservedWindow
 
 SHARED_PX = 7.0
 """Side, px, of the square of pixels that share one error of lens, codec and exposure. Log loss of
@@ -76,7 +70,7 @@ def pose_support(
     observation: Observation,
     model: TrackModel,
     world_from_object: Pose,
-    renderer: Renderer,
+    renderer: NativeRenderer,
     *,
     tolerance: Tolerance = EXACTLY,
     is_coarse: bool = False,
@@ -91,11 +85,15 @@ def pose_support(
         tolerance: how exactly the pose has to be right.
         is_coarse: whether the object is drawn coarsely, for poses that are compared in hundreds.
     """
-    drawn = draw_object(observation, model, world_from_object, renderer, is_coarse=is_coarse)
-    if drawn is None:
-        return NOT_IN_VIEW
-    terms = terms_of(observation, model, world_from_object, tolerance)
-    return support_of(observation, drawn, terms)
+    (support,) = pose_supports(
+        observation,
+        model,
+        poses=[world_from_object],
+        renderer=renderer,
+        tolerance=tolerance,
+        is_coarse=is_coarse,
+    )
+    return support
 
 
 def pose_supports(
@@ -108,9 +106,6 @@ def pose_supports(
     is_coarse: bool = False,
 ) -> list[PoseSupport]:
     """`pose_support` of an object at each of some poses, in one native call.
-
-    The arithmetic is the same, but poses in the camera and radii are rounded otherwise in their
-    last bits.
 
     Args:
         observation: of a window around the poses.
@@ -155,38 +150,6 @@ def pose_supports(
     return [PoseSupport(*said) for said in found]
 
 
-def terms_of(
-    observation: Observation, model: TrackModel, world_from_object: Pose, tolerance: Tolerance
-) -> Terms:
-    """How an object at a pose is compared with an observation."""
-    radius = radius_px(observation, model, world_from_object)
-    scan_px = radius * SHARED_M / model.radius_m
-    shared_px2 = (SHARED_PX / observation.lens_px) ** 2 + scan_px**2
-    ring_px = max(round(RING * radius), 1)
-    return Terms(tolerance, ring_px, UNKNOWN_REACH * radius, shared_px2)
-
-
-def support_of(observation: Observation, drawn: DrawnObject, terms: Terms) -> PoseSupport:
-    """Support of an observation for an object that is drawn at a pose; as the numpy twin."""
-    rows, columns = drawn.part
-    left, top = columns.start, rows.start
-    return PoseSupport(
-        *LIKELIHOOD.support(
-            _window(observation),
-            _pictures(drawn),
-            {
-                "part": (left, top, columns.stop - left, rows.stop - top),
-                "ring_px": terms.ring_px,
-                "reach_px": terms.reach_px,
-                "shared_px2": terms.shared_px2,
-                "sigma": terms.tolerance.sigma,
-                "most_misfit": terms.tolerance.most_misfit,
-                "occluded": terms.tolerance.occluded,
-            },
-        )
-    )
-
-
 def _window(observation: Observation) -> ObservedWindow:
     height, width = observation.changed.shape
     whole = np.ascontiguousarray
@@ -203,15 +166,4 @@ def _window(observation: Observation) -> ObservedWindow:
         "claimed": whole(observation.claimed),
         "range_m": whole(observation.range_m),
         "in_any_light": observation.in_any_light,
-    }
-
-
-def _pictures(drawn: DrawnObject) -> ComparedPictures:
-    return {
-        "finer": drawn.finer,
-        "rgb": drawn.colours.rgb,
-        "alpha": drawn.colours.alpha,
-        "depth": drawn.colours.depth,
-        "compass": drawn.compass.rgb,
-        "compass_alpha": drawn.compass.alpha,
     }

@@ -4,7 +4,6 @@ use numpy::PyReadonlyArrayDyn;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::machine::simd::Simd;
 use crate::python::check::check_length;
 use crate::python::engine::Engine;
 use crate::python::lens::with_lens;
@@ -12,9 +11,9 @@ use crate::python::request::pool_of;
 use crate::python::track::poses::{BodyRequest, DrawingRequest, PosesRequest};
 use crate::python::track::relight::LightConstants;
 use crate::render::alone::Drawer;
-use crate::track::appearance::compared::{Behind, Drawn, Part, Window};
+use crate::track::appearance::compared::{Behind, Window};
 use crate::track::appearance::poses::Comparison;
-use crate::track::appearance::support::{support, Support, SupportModel, Terms};
+use crate::track::appearance::support::{Support, SupportModel};
 use crate::track::appearance::unknown::UnknownModel;
 
 type Floats<'py> = PyReadonlyArrayDyn<'py, f32>;
@@ -92,81 +91,6 @@ impl WindowRequest<'_> {
     }
 }
 
-/// An object drawn alone, as scanned and coloured by where it faces.
-#[derive(FromPyObject)]
-#[pyo3(from_item_all)]
-struct DrawnRequest<'py> {
-    finer: usize,
-    rgb: Floats<'py>,
-    alpha: Floats<'py>,
-    depth: Floats<'py>,
-    compass: Floats<'py>,
-    compass_alpha: Floats<'py>,
-}
-
-impl DrawnRequest<'_> {
-    fn drawn(&self, part: Part) -> PyResult<Drawn<'_>> {
-        let count = part.width * part.height * self.finer * self.finer;
-        let pictures = [
-            ("rgb", &self.rgb, 3 * count),
-            ("alpha", &self.alpha, count),
-            ("depth", &self.depth, count),
-            ("compass", &self.compass, 3 * count),
-            ("compass_alpha", &self.compass_alpha, count),
-        ];
-        for (name, values, wanted) in pictures {
-            check_length(name, values.as_slice()?, wanted)?;
-        }
-        Ok(Drawn {
-            finer: self.finer,
-            rgb: self.rgb.as_slice()?,
-            alpha: self.alpha.as_slice()?,
-            depth: self.depth.as_slice()?,
-            compass: self.compass.as_slice()?,
-            compass_alpha: self.compass_alpha.as_slice()?,
-        })
-    }
-}
-
-/// How a pose is compared; `part` is left, top, width and height.
-#[derive(FromPyObject)]
-#[pyo3(from_item_all)]
-struct TermsRequest {
-    part: [usize; 4],
-    ring_px: usize,
-    reach_px: f32,
-    shared_px2: f64,
-    sigma: f32,
-    most_misfit: f32,
-    occluded: f32,
-}
-
-impl TermsRequest {
-    fn terms(&self, [columns, rows]: [usize; 2]) -> PyResult<Terms> {
-        let [left, top, width, height] = self.part;
-        if width == 0 || height == 0 || left + width > columns || top + height > rows {
-            let part = self.part;
-            return Err(PyValueError::new_err(format!(
-                "part: {part:?}, wanted pixels within {columns}×{rows}"
-            )));
-        }
-        Ok(Terms {
-            part: Part {
-                left,
-                top,
-                width,
-                height,
-            },
-            ring_px: self.ring_px,
-            reach_px: self.reach_px,
-            shared_px2: self.shared_px2,
-            sigma: self.sigma,
-            most_misfit: self.most_misfit,
-            occluded: self.occluded,
-        })
-    }
-}
-
 /// Nats, samples, open, matched and unknown fractions, and area.
 type Said = (f64, f64, f64, f64, f64, f64);
 
@@ -185,7 +109,6 @@ fn said(found: &Support) -> Said {
 #[pyclass(frozen, module = "scenes._native", name = "PoseLikelihood")]
 pub struct PoseLikelihood {
     model: SupportModel,
-    simd: Simd,
 }
 
 #[pymethods]
@@ -214,31 +137,11 @@ impl PoseLikelihood {
                 residual_sigma: c.residual_sigma,
                 most_misfit: c.most_misfit,
             },
-            simd: Simd::detect(),
         }
     }
 
-    /// Nats, samples, open, matched and unknown fractions, and area of an object drawn in a part of a
-    /// window.
-    fn support(
-        &self,
-        py: Python<'_>,
-        window: WindowRequest<'_>,
-        drawn: DrawnRequest<'_>,
-        terms: TermsRequest,
-    ) -> PyResult<Said> {
-        let terms = terms.terms(window.size)?;
-        let (window, drawn) = (window.window()?, drawn.drawn(terms.part)?);
-        let found = py.detach(|| {
-            self.simd.run(
-                #[inline(always)]
-                || support(&window, &drawn, &terms, &self.model),
-            )
-        });
-        Ok(said(&found))
-    }
-
-    /// The same of an object at each of some poses, each placed and drawn here.
+    /// Nats, samples, open, matched and unknown fractions, and area of an object at each of some
+    /// poses, placed and drawn here.
     fn supports<'py>(
         &self,
         py: Python<'py>,
