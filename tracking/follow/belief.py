@@ -125,6 +125,11 @@ def shows_as_usual(track: Track, rate: float) -> bool:
     return rate >= AS_USUAL * _usual_rate(track)
 
 
+def was_shown(track: Track) -> bool:
+    """Whether an object has clearly shown in this session, where it is believed to be."""
+    return track.usual_nats > CLEAR_NATS
+
+
 def _usual_rate(track: Track) -> float:
     return track.usual_rate or MIN_RATE / USUAL_SHARE
 

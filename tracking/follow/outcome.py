@@ -21,6 +21,7 @@ from tracking.follow.belief import (
     confidence_of,
     hypothesis_of,
     is_sure,
+    was_shown,
 )
 from tracking.follow.carried import is_lifted
 from tracking.follow.measure import at_remembered_pose
@@ -28,6 +29,7 @@ from tracking.follow.posterior import CARRIED_SIGMA_M, RECOGNISED_CORRELATION, i
 from tracking.follow.rest import rest_of
 from tracking.follow.track import RESTING_FRAMES, SEARCH_PERIOD_NS, Task, Track
 from tracking.hypotheses.hypothesis import CLEAR_NATS
+from tracking.hypotheses.proposals import MIN_CHANGED
 from tracking.hypotheses.refinement import START_SIGMA, refine
 from tracking.likelihood.pixel_model import PoseSupport
 from tracking.model.symmetry import ROUND
@@ -258,7 +260,7 @@ def miss(task: Task, belief: Belief) -> Track:
         visible_fraction=belief.before.open_fraction * belief.before.matched_fraction,
         confidence=confidence_of(belief.before, track.rival_nats, stays_nats=track.stays_nats),
         missed_frames=missed,
-        missing_ns=_missing_since(task),
+        missing_ns=_missing_since(task, belief),
         still_frames=0,
         state=TrackState.OCCLUDED,
         motion=track.motion if is_carried and missed <= COASTED_FRAMES else Motion.rest(now),
@@ -277,7 +279,7 @@ def lose(task: Task, belief: Belief) -> Track:
         confidence=confidence_of(belief.before, track.rival_nats, stays_nats=track.stays_nats),
         visible_fraction=belief.before.open_fraction * belief.before.matched_fraction,
         missed_frames=track.missed_frames + 1,
-        missing_ns=_missing_since(task),
+        missing_ns=_missing_since(task, belief),
         still_frames=0,
         motion=Motion.rest(task.scene.frame.t_ns),
         rest=None,
@@ -287,11 +289,20 @@ def lose(task: Task, belief: Belief) -> Track:
     )
 
 
-def _missing_since(task: Task) -> int:
-    """Frame time of the first picture without an object that was known in the one before it."""
-    track = task.track
-    was_known = track.missed_frames == 0 and track.known_ns == track.seen_ns
-    return task.scene.frame.t_ns if was_known else track.missing_ns
+def _missing_since(task: Task, belief: Belief) -> int:
+    """Frame time of the first picture without an object that was known in the one before it.
+
+    Of what has never clearly shown, the latest in which nothing came near: less was changed around
+    its place than a half of it would cover.
+    """
+    track, now = task.track, task.scene.frame.t_ns
+    if was_shown(track):
+        was_there = track.missed_frames == 0 and track.known_ns == track.seen_ns
+    else:
+        changed_px = float(belief.observation.foreground.sum())
+        is_quiet = changed_px < MIN_CHANGED * belief.before.area_px
+        was_there = track.missed_frames == 0 or is_quiet
+    return now if was_there else track.missing_ns
 
 
 def hold(track: Track, now_ns: int) -> Track:

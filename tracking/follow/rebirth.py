@@ -15,7 +15,7 @@ from itertools import islice
 from scenes.state import TrackState
 from tracking.evidence.evidence import gather, view_of
 from tracking.evidence.observation import observe
-from tracking.follow.belief import CERTAIN_NATS, STAYS_NATS, accounts_for, is_sure
+from tracking.follow.belief import CERTAIN_NATS, STAYS_NATS, accounts_for, is_sure, was_shown
 from tracking.follow.posterior import is_carriable
 from tracking.follow.redetection import Search
 from tracking.follow.track import Review, Task, Track, portable
@@ -149,7 +149,9 @@ def _likelier(task: Task, found: Sequence[Hypothesis]) -> list[Hypothesis]:
 
 def _is_due(task: Task) -> bool:
     track, now = task.track, task.scene.frame.t_ns
-    if task.is_first or track.usual_nats <= CLEAR_NATS or track.state is TrackState.STATIC:
+    if task.is_first or track.state is TrackState.STATIC:
+        return False
+    if not was_shown(track) and track.state is TrackState.TRACKED:
         return False
     if is_believed(track):
         is_wanted = _is_doubtful(task)
@@ -158,10 +160,18 @@ def _is_due(task: Task) -> bool:
         gone_ns = max(track.known_ns, track.missing_ns)
         # Looks go one by one: each object has one at least.
         is_wanted = now - gone_ns < KNOWN_NS or track.looked_ns <= gone_ns
-        since_ns = LATER * max(track.looked_ns - track.known_ns, 0)
+        if not was_shown(track):
+            # It may have been carried off at any time since somebody came there.
+            is_wanted = now > gone_ns
+        since_ns = LATER * max(track.looked_ns - _last_ns(track), 0)
     wait_ns = max(task.costs.cost_ms(Step.BIRTH) / LOOK_SHARE * 1e6, since_ns)
     # A picture comes a little early or late.
     return is_wanted and now - track.looked_ns >= 0.9 * wait_ns
+
+
+def _last_ns(track: Track) -> int:
+    """Frame time at which an object was last known; of what never showed, when nobody was near."""
+    return track.known_ns if was_shown(track) else track.missing_ns
 
 
 def _is_doubtful(task: Task) -> bool:
@@ -181,7 +191,7 @@ def expected_of(task: Task) -> Expected:
     if is_believed(track):
         since_ns, moved = track.sure_ns, track.world_from_object
     else:
-        since_ns, moved = track.known_ns, track.known_motion.predict(known, now)
+        since_ns, moved = _last_ns(track), track.known_motion.predict(known, now)
     reach_m = JUMP_M + FASTEST_M_S * (now - since_ns) * 1e-9
     height_m = float(known.translation[2])
     supports = tuple(h for h in task.support_heights_m if abs(h - height_m) < reach_m + 0.02)
@@ -233,7 +243,8 @@ def _is_likelier(task: Task, item: Hypothesis) -> bool:
             missing_nats = CLEAR_SHARE * item.log_odds
         return item.log_odds > there.nats + max(missing_nats, CLEAR_NATS)
     stood = track.world_from_stood
-    rests = stood is not None and not is_other(model, stood, believed)
+    stood_there = stood is not None and not is_other(model, stood, believed)
+    rests = stood_there or not was_shown(track)
     # What rests where something hides it is elsewhere only where it shows all that it shows: who
     # stands before it has the colours of a part of it somewhere.
     if rests and not is_sure(support.nats_a_sample):

@@ -9,7 +9,7 @@ from functools import partial
 from scenes.state import TrackState
 from tracking.evidence.evidence import gather, view_of
 from tracking.evidence.observation import observe
-from tracking.follow.belief import STAYS_NATS, is_sure, support_at
+from tracking.follow.belief import STAYS_NATS, is_sure, support_at, was_shown
 from tracking.follow.posterior import HEAVY_HEIGHT_M
 from tracking.follow.rest import rest_of
 from tracking.follow.track import RESTING_FRAMES, SEARCH_PERIOD_NS, Review, Task, Track, portable
@@ -102,7 +102,7 @@ def is_missing(track: Track) -> bool:
 
 def _was_seen(track: Track) -> bool:
     """Whether an object was seen in this session, where it is believed to be."""
-    return track.state is TrackState.LOST or track.usual_nats > CLEAR_NATS
+    return track.state is TrackState.LOST or was_shown(track)
 
 
 def _begin(tasks: Sequence[Task]) -> Search | None:

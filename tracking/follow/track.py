@@ -130,7 +130,8 @@ class Track:
         stays_nats: log odds that it is where it is believed, against being nowhere in view, before
             a picture; until it is seen, by how many other objects are where the scan has them.
         seen_ns: frame time of the last accepted measurement.
-        missing_ns: frame time of the first without one after one in which it was known.
+        missing_ns: frame time of the first without one after one in which it was known; of what
+            has never clearly shown, the latest in which nothing changed around its place.
         compared_ns: frame time at which its pose was last compared with those beside it.
         looked_ns: frame time of the last search around its last place; when it was seen, before.
         searched_ns: frame time of the last search over the whole scene.

@@ -9,13 +9,16 @@ import pytest
 from scenes.pose import Pose
 from scenes.state import TrackState
 from tracking.beside.runner import SearchBesideFrames
-from tracking.follow.belief import MIN_RATE, accounts_for
+from tracking.evidence.observation import observe
+from tracking.follow.belief import MIN_RATE, accounts_for, weigh_measurement
 from tracking.follow.follow import follow
+from tracking.follow.outcome import miss
 from tracking.follow.posterior import WIDEST_CARRIED_M
 from tracking.follow.rebirth import FARTHEST_M, awaiting_look, expected_of, look_around
 from tracking.follow.redetection import Search
 from tracking.follow.track import Review
 from tracking.hypotheses.budget import FrameBudget, Step
+from tracking.hypotheses.refinement import fit_at
 from tracking.hypotheses.search_runner import BEGUN, Progress
 from tracking.solve.motion import Motion
 
@@ -99,8 +102,8 @@ def test_what_a_pose_accounts_for_is_not_looked_for(table, lifted):
     scene, _ = lifted
     followed = lost_sight_of(table, scene, state=TrackState.TRACKED, rate=1.0, sure_ns=FRAME_NS)
     resting = lost_sight_of(table, scene, state=TrackState.STATIC)
-    never_seen = lost_sight_of(table, scene, usual_nats=1.0)
-    assert looked([followed, resting, never_seen]) == {}
+    alone = lost_sight_of(table, scene, usual_nats=1.0, missing_ns=FRAME_NS)
+    assert looked([followed, resting, alone]) == {}
     assert looked([replace(followed, track=replace(followed.track, rate=0.1))])
 
 
@@ -187,6 +190,36 @@ def test_what_is_missed_after_a_gap_in_the_pictures_is_looked_for(table, lifted)
     assert "book-1" in looked([lost_sight_of(table, after, **waited)])
     waited["looked_ns"] += 2 * SECOND_NS
     assert looked([lost_sight_of(table, after, **waited)]) == {}
+
+
+def test_what_was_hidden_from_the_start_is_looked_for_once_somebody_came_near(table, lifted):
+    """A stool behind a table was carried off, and only searched for in pictures seconds old."""
+    scene, now = lifted
+    hidden = {"usual_nats": 0.0, "usual_rate": 0.0}
+    found = looked([lost_sight_of(table, scene, **hidden)])["book-1"]
+    assert found.state is TrackState.TRACKED
+    assert np.linalg.norm(found.world_from_object.translation - now.translation) < 0.05
+    # Somebody came ten seconds ago, and the last look was just then: the next one waits.
+    later = replace(scene, frame=replace(scene.frame, t_ns=10 * SECOND_NS))
+    waits = {**hidden, "looked_ns": 10 * SECOND_NS - FRAME_NS}
+    assert looked([lost_sight_of(table, later, **waits)]) == {}
+    assert "book-1" in looked([lost_sight_of(table, later, **{**waits, "looked_ns": SECOND_NS})])
+
+
+def test_what_never_showed_is_missing_since_something_changed_around_it(table, lifted):
+    scene, _ = lifted
+    task = lost_sight_of(table, scene, usual_nats=0.0)
+    place = table.poses["book-1"]
+    evidence = table.evidence(scene, "book-1", place)
+    fit = fit_at(scene, task.model, evidence, place)
+
+    def missing_ns(changed):
+        seen = observe(scene, evidence)
+        seen = replace(seen, foreground=np.full_like(seen.foreground, changed))
+        return miss(task, weigh_measurement(task, seen, fit)).missing_ns
+
+    assert missing_ns(0.0) == FRAME_NS
+    assert missing_ns(1.0) == task.track.missing_ns == 0
 
 
 def test_what_a_look_is_due_or_pending_for_awaits_it(table, lifted):
