@@ -57,7 +57,11 @@ impl KannalaBrandt {
         (lens.edge, lens.edge_slope) = (edge.value, edge.slope);
         let (mut angle, mut slope) = (0.0, 1.0);
         for k in 0..=INTERVALS {
-            let step = if k > 0 { lens.edge / INTERVALS as f64 } else { 0.0 };
+            let step = if k > 0 {
+                lens.edge / INTERVALS as f64
+            } else {
+                0.0
+            };
             let value = lens.edge * k as f64 / INTERVALS as f64;
             (angle, slope) = lens.solved(value, angle + step / slope);
             lens.slopes = [lens.slopes[0].min(slope), lens.slopes[1].max(slope)];
