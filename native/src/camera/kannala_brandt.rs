@@ -311,6 +311,18 @@ mod tests {
     }
 
     #[test]
+    fn the_table_has_the_angles_of_its_steps_however_little_d_grows() {
+        for coefficients in [[0.02, -0.01, 0.001, 0.0], [-0.105, 0.0, 0.0, 0.0]] {
+            let lens = KannalaBrandt::new(400.0, [0.0, 0.0], 1.75, coefficients);
+            assert_eq!(lens.angles.len(), INTERVALS + 1);
+            for (k, &angle) in lens.angles.iter().enumerate() {
+                let value = lens.edge * k as f64 / INTERVALS as f64;
+                assert!((lens.growth_inside(angle).value - value).abs() < 1e-12);
+            }
+        }
+    }
+
+    #[test]
     fn without_coefficients_it_is_the_equidistant_lens() {
         let plain = Fisheye {
             focal: 206.0,
