@@ -26,10 +26,9 @@ from tracking.follow.belief import (
 from tracking.follow.carried import is_lifted
 from tracking.follow.measure import at_remembered_pose
 from tracking.follow.posterior import CARRIED_SIGMA_M, RECOGNISED_CORRELATION, is_heavy
-from tracking.follow.rest import rest_of
+from tracking.follow.rest import around, has_stirred, rest_of
 from tracking.follow.track import RESTING_FRAMES, SEARCH_PERIOD_NS, Task, Track
 from tracking.hypotheses.hypothesis import CLEAR_NATS
-from tracking.hypotheses.proposals import MIN_CHANGED
 from tracking.hypotheses.refinement import START_SIGMA, refine
 from tracking.likelihood.pixel_model import PoseSupport
 from tracking.model.symmetry import ROUND
@@ -261,6 +260,7 @@ def miss(task: Task, belief: Belief) -> Track:
         confidence=confidence_of(belief.before, track.rival_nats, stays_nats=track.stays_nats),
         missed_frames=missed,
         missing_ns=_missing_since(task, belief),
+        around=None if was_shown(track) else around(belief),
         still_frames=0,
         state=TrackState.OCCLUDED,
         motion=track.motion if is_carried and missed <= COASTED_FRAMES else Motion.rest(now),
@@ -279,7 +279,7 @@ def lose(task: Task, belief: Belief) -> Track:
         confidence=confidence_of(belief.before, track.rival_nats, stays_nats=track.stays_nats),
         visible_fraction=belief.before.open_fraction * belief.before.matched_fraction,
         missed_frames=track.missed_frames + 1,
-        missing_ns=_missing_since(task, belief),
+        missing_ns=track.missing_ns if track.missed_frames else task.scene.frame.t_ns,
         still_frames=0,
         motion=Motion.rest(task.scene.frame.t_ns),
         rest=None,
@@ -292,16 +292,13 @@ def lose(task: Task, belief: Belief) -> Track:
 def _missing_since(task: Task, belief: Belief) -> int:
     """Frame time of the first picture without an object that was known in the one before it.
 
-    Of what has never clearly shown, the latest in which nothing came near: less was changed around
-    its place than a half of it would cover.
+    Of what has never clearly shown, the latest in which nothing moved around its place.
     """
     track, now = task.track, task.scene.frame.t_ns
     if was_shown(track):
         was_there = track.missed_frames == 0 and track.known_ns == track.seen_ns
     else:
-        changed_px = float(belief.observation.foreground.sum())
-        is_quiet = changed_px < MIN_CHANGED * belief.before.area_px
-        was_there = track.missed_frames == 0 or is_quiet
+        was_there = track.missed_frames == 0 or not has_stirred(track.around, around(belief))
     return now if was_there else track.missing_ns
 
 

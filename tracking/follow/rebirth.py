@@ -97,12 +97,20 @@ def awaiting_look(tasks: Sequence[Task], look: Search | None) -> frozenset[str]:
 
 
 def _most_missing(tasks: Sequence[Task]) -> Task | None:
-    """Of the looks that are due, where most is missing and nobody looked for longest."""
+    """Of the looks that are due, where most is missing and nobody looked for longest.
+
+    What nobody has seen yet waits for all others.
+    """
     due = [task for task in tasks if _is_due(task)]
     if not due:
         return None
     now = due[0].scene.frame.t_ns
-    task = max(due, key=lambda task: task.track.usual_nats * (now - task.track.looked_ns))
+
+    def urgency(task: Task) -> tuple[bool, float]:
+        track = task.track
+        return was_shown(track), track.usual_nats * (now - track.looked_ns)
+
+    task = max(due, key=urgency)
     return replace(task, track=replace(task.track, looked_ns=now))
 
 
@@ -157,21 +165,22 @@ def _is_due(task: Task) -> bool:
         is_wanted = _is_doubtful(task)
         since_ns = max(track.looked_ns - track.sure_ns, 0)
     else:
-        gone_ns = max(track.known_ns, track.missing_ns)
-        # Looks go one by one: each object has one at least.
-        is_wanted = now - gone_ns < KNOWN_NS or track.looked_ns <= gone_ns
-        if not was_shown(track):
-            # It may have been carried off at any time since somebody came there.
-            is_wanted = now > gone_ns
-        since_ns = LATER * max(track.looked_ns - _last_ns(track), 0)
+        is_wanted = _may_be_near(track, now)
+        last_ns = track.known_ns if was_shown(track) else track.missing_ns
+        since_ns = LATER * max(track.looked_ns - last_ns, 0)
     wait_ns = max(task.costs.cost_ms(Step.BIRTH) / LOOK_SHARE * 1e6, since_ns)
     # A picture comes a little early or late.
     return is_wanted and now - track.looked_ns >= 0.9 * wait_ns
 
 
-def _last_ns(track: Track) -> int:
-    """Frame time at which an object was last known; of what never showed, when nobody was near."""
-    return track.known_ns if was_shown(track) else track.missing_ns
+def _may_be_near(track: Track, now_ns: int) -> bool:
+    """Whether an object that is not seen may be around its last place, or on its way from there."""
+    if not was_shown(track):
+        # It may be carried off at any time after somebody came there.
+        return now_ns > track.missing_ns
+    gone_ns = max(track.known_ns, track.missing_ns)
+    # Looks go one by one: each object has one at least.
+    return now_ns - gone_ns < KNOWN_NS or track.looked_ns <= gone_ns
 
 
 def _is_doubtful(task: Task) -> bool:
@@ -191,7 +200,9 @@ def expected_of(task: Task) -> Expected:
     if is_believed(track):
         since_ns, moved = track.sure_ns, track.world_from_object
     else:
-        since_ns, moved = _last_ns(track), track.known_motion.predict(known, now)
+        # What never showed may have gone at any time.
+        since_ns = track.known_ns if was_shown(track) else 0
+        moved = track.known_motion.predict(known, now)
     reach_m = JUMP_M + FASTEST_M_S * (now - since_ns) * 1e-9
     height_m = float(known.translation[2])
     supports = tuple(h for h in task.support_heights_m if abs(h - height_m) < reach_m + 0.02)

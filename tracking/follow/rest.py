@@ -1,13 +1,18 @@
-"""Patches of an object at rest: while their colours stay, nothing needs to be solved."""
+"""Patches of an object at rest, or around one that was never seen: unchanged, it is left alone."""
 
 from __future__ import annotations
 
+import math
+
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from scenes.state import TrackState
 from tracking.evidence.evidence import view_of
+from tracking.follow.belief import Belief
 from tracking.follow.track import Rest, Task
+from tracking.hypotheses.proposals import MIN_CHANGED
 from tracking.kernels import native
 from tracking.solve.gauss_newton import Fit
 
@@ -51,6 +56,27 @@ def rest_of(task: Task, fit: Fit) -> Rest:
     limit = np.array([lens.width_px, lens.height_px]) - PATCH_PX
     corners = np.clip(np.floor(pixels - 0.5 * PATCH_PX), 0, limit).astype(np.int64)
     return Rest(view.lens, corners, _colours_at(task, view.lens, corners), len(inside))
+
+
+def around(belief: Belief) -> NDArray[np.float32]:
+    """(h, w, 3) colours of what a window shows, in patches.
+
+    One that changes is as much as must differ from the empty room where an object is supposed.
+    """
+    side = max(math.sqrt(MIN_CHANGED * belief.before.area_px), 1.0)
+    height, width = belief.observation.changed.shape
+    size = (math.ceil(width / side), math.ceil(height / side))
+    live = cv2.resize(belief.observation.live, size, interpolation=cv2.INTER_AREA)
+    return np.asarray(live, dtype=np.float32)
+
+
+def has_stirred(before: NDArray[np.float32] | None, now: NDArray[np.float32]) -> bool:
+    """Whether something has moved between two pictures `around` an object, or they cannot say."""
+    if before is None or before.shape != now.shape:
+        return True
+    apart = (now - before).reshape(-1, 3)
+    # Exposure drifts equally everywhere.
+    return float(np.abs(apart - np.median(apart, axis=0)).max()) > CHANGED_LEVEL
 
 
 def _colours_at(task: Task, lens: int, corners: NDArray[np.int64]) -> NDArray[np.float32]:

@@ -131,7 +131,8 @@ class Track:
             a picture; until it is seen, by how many other objects are where the scan has them.
         seen_ns: frame time of the last accepted measurement.
         missing_ns: frame time of the first without one after one in which it was known; of what
-            has never clearly shown, the latest in which nothing changed around its place.
+            has never clearly shown, the latest in which nothing moved around its place.
+        around: what has never clearly shown: its surroundings in the last frame, in patches.
         compared_ns: frame time at which its pose was last compared with those beside it.
         looked_ns: frame time of the last search around its last place; when it was seen, before.
         searched_ns: frame time of the last search over the whole scene.
@@ -168,6 +169,7 @@ class Track:
     stays_nats: float
     seen_ns: int
     missing_ns: int
+    around: NDArray[np.float32] | None
     compared_ns: int
     looked_ns: int
     searched_ns: int
@@ -255,6 +257,7 @@ def new_track(model: TrackModel) -> Track:
         stays_nats=stayed_log_prior(),
         seen_ns=0,
         missing_ns=0,
+        around=None,
         compared_ns=0,
         looked_ns=0,
         searched_ns=-SEARCH_PERIOD_NS,
@@ -267,7 +270,13 @@ def new_track(model: TrackModel) -> Track:
 def portable(task: Task) -> Task:
     """The task without what its track remembers of pictures: what is left can leave the process."""
     track = replace(
-        task.track, rest=None, reduced=None, appearance=None, hypotheses=(), review=None
+        task.track,
+        rest=None,
+        around=None,
+        reduced=None,
+        appearance=None,
+        hypotheses=(),
+        review=None,
     )
     return replace(task, track=track)
 

@@ -206,20 +206,42 @@ def test_what_was_hidden_from_the_start_is_looked_for_once_somebody_came_near(ta
     assert "book-1" in looked([lost_sight_of(table, later, **{**waits, "looked_ns": SECOND_NS})])
 
 
-def test_what_never_showed_is_missing_since_something_changed_around_it(table, lifted):
+def test_what_never_showed_may_be_carried_off_while_something_moves_around_its_place(table, lifted):
     scene, _ = lifted
-    task = lost_sight_of(table, scene, usual_nats=0.0)
     place = table.poses["book-1"]
     evidence = table.evidence(scene, "book-1", place)
+    seen = observe(scene, evidence)
+    task = lost_sight_of(table, scene, usual_nats=0.0)
     fit = fit_at(scene, task.model, evidence, place)
 
-    def missing_ns(changed):
-        seen = observe(scene, evidence)
-        seen = replace(seen, foreground=np.full_like(seen.foreground, changed))
-        return miss(task, weigh_measurement(task, seen, fit)).missing_ns
+    def missed(track, *, shade=0.0, hand=0.0):
+        live = seen.live + np.float32(shade)
+        live[10:40, 10:40] += np.float32(hand)
+        here = replace(task, track=track)
+        return miss(here, weigh_measurement(here, replace(seen, live=live), fit))
 
-    assert missing_ns(0.0) == FRAME_NS
-    assert missing_ns(1.0) == task.track.missing_ns == 0
+    # The first picture cannot say whether something moves.
+    begun = missed(task.track)
+    assert begun.missing_ns == task.track.missing_ns == 0
+    # A cloud before the sun is nobody.
+    assert missed(begun, shade=0.1).missing_ns == FRAME_NS
+    moved = missed(begun, hand=0.3)
+    assert moved.missing_ns == 0
+    # Who stands still does nothing.
+    assert missed(moved, hand=0.3).missing_ns == FRAME_NS
+
+
+def test_what_was_never_seen_waits_for_what_was(table, lifted):
+    """However long ago that was looked for: else no turn is left in a room of hidden objects."""
+    scene, _ = lifted
+    later = replace(scene, frame=replace(scene.frame, t_ns=100 * SECOND_NS))
+    last = {"known_ns": later.frame.t_ns - FRAME_NS, "looked_ns": later.frame.t_ns - FRAME_NS}
+    book = lost_sight_of(table, later, **last)
+    mug = table.task(
+        later, "mug-1", state=TrackState.OCCLUDED, missed_frames=1, usual_nats=2.9, looked_ns=0
+    )
+    assert list(looked([mug, book])) == ["book-1"]
+    assert list(looked([mug])) == ["mug-1"]
 
 
 def test_what_a_look_is_due_or_pending_for_awaits_it(table, lifted):
