@@ -162,6 +162,7 @@ class LiveDock(QWidget):
         self._refresh_buttons(job)
         self.quest.refresh()
         if session is None or status is None:
+            self._take_report(job)
             self.head.show_idle(job)
             self.camera.show_idle()
             self.headset.refresh()
@@ -201,7 +202,10 @@ class LiveDock(QWidget):
         session = self.live.session
         if session is None or session.state in (LiveState.CONFIRMING, LiveState.REFUSED):
             self.page.refresh()
-        job = self.live.job
+        self._take_report(self.live.job)
+
+    def _take_report(self, job: LiveJob | None) -> None:
+        """Show the report of a session that ended, once; its head says so no earlier."""
         if job is None or job.running or job.report is None or job.report == self._shown_report:
             return
         self._shown_report = job.report

@@ -72,6 +72,14 @@ def test_from_the_first_check_to_the_report_with_one_button(opened):
     assert timeline.playback.t_ns == timeline.playback.start_ns + 200_000_000
 
 
+def test_the_report_is_in_front_by_the_time_the_head_speaks_of_it(opened):
+    opened.bench.stop_listening(opened.dock._on_session)  # as before the main thread comes to it
+    opened.go_live()
+    opened.bench.do("live.end")
+    opened.until(lambda: "report is" in opened.dock.head.text.text())
+    assert opened.dock.tabs.tabText(opened.dock.tabs.currentIndex()) == "Report"
+
+
 def test_an_address_that_is_none_is_refused_in_words(opened):
     dock = opened.dock
     dock.page.address.setEditText("http://nowhere")
