@@ -13,10 +13,10 @@ M_TRIM_THRESHOLD, M_MMAP_THRESHOLD, M_ARENA_MAX = -1, -3, -8
 """Names of glibc's options, as `malloc.h` has them."""
 
 LARGE_BYTES, KEPT_BYTES, HEAPS = 1 << 25, 1 << 28, 1
-"""From which size a block has pages of its own: the most that glibc takes, and more than a lens
-picture, 25 MB at 2880 px. How many free bytes the heap keeps at its end: some tens of pictures of
-1440 px; what is between blocks it keeps until `return_free_pages`. How many heaps all threads
-share: of a heap a thread each keeps the most that its thread ever needed."""
+"""From which size a block has pages of its own: the most that older versions of glibc take, and
+more than a lens picture, 25 MB at 2880 px. How many free bytes the heap keeps at its end: some tens
+of pictures of 1440 px; what is between blocks it keeps until `return_free_pages`. How many heaps
+all threads share: of a heap a thread each keeps the most that its thread ever needed."""
 
 MIN_SAMPLES = 20
 """Samples from which growth is said, chosen: five for every quarter."""

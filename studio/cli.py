@@ -33,31 +33,31 @@ MEASURING_WORDS = ("bench", "evaluate")
 VERBS = (
     Verb(
         "rehearse",
-        "studio.verbs.rehearse",
+        "studio.verbs.sessions.rehearse",
         "play a session on the twin with simulated devices and score it against the truth",
         "nexus rehearse lab --headless --seed 7 --out out/demo",
     ),
     Verb(
         "live",
-        "studio.verbs.live",
+        "studio.verbs.sessions.live",
         "receive a 360° camera, follow the objects and record it all",
         "nexus live lab --simulated --headless --seconds 60 --json",
     ),
     Verb(
         "replay",
-        "studio.verbs.replay",
+        "studio.verbs.sessions.replay",
         "track a recording again and compare with the recorded tracks",
         "nexus replay out/demo/recording.mcap --headless",
     ),
     Verb(
         "fork",
-        "studio.verbs.fork",
+        "studio.verbs.sessions.fork",
         "go on from an instant of a recorded rehearsal, as it was or with another scenario",
         "nexus fork out/demo/recording.mcap --at 12.4 --scenario other.toml --out out/run-b",
     ),
     Verb(
         "compare",
-        "studio.verbs.compare",
+        "studio.verbs.sessions.compare",
         "hold one rehearsal or fork against another on one page; exit 1 if a figure got worse",
         "nexus compare out/demo out/run-b --out out/compare.html",
     ),

@@ -7,7 +7,7 @@ import pytest
 
 from studio import cli
 from studio.cli import VERBS, all_verbs, main
-from studio.verbs import rehearse
+from studio.verbs.sessions import rehearse
 
 pytestmark = pytest.mark.usefixtures("no_display", "no_traceback")
 

@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from studio.verbs.live import setup_of
+from studio.verbs.sessions.live import setup_of
 
 if TYPE_CHECKING:
     from studio.study.folder import Ended, StudyFolder

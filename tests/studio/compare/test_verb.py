@@ -5,7 +5,7 @@ import json
 import pytest
 
 from studio.cli import main
-from studio.verbs.compare import DEFAULT_OUT
+from studio.verbs.sessions.compare import DEFAULT_OUT
 
 pytestmark = pytest.mark.usefixtures("in_tiny_scene", "no_traceback")
 

@@ -12,7 +12,7 @@ from studio.session.opening import open_session
 from studio.session.pipeline import CancelledError, SessionInput, recorded_messages
 from studio.session.plan import Pace, SessionPlan
 from studio.session.trackers.methods import METHODS
-from studio.verbs.replay import Comparison
+from studio.verbs.sessions.replay import Comparison
 
 OF_SIMULATIONS = (Pace.EXACT, Pace.PACED)
 """Live sessions have a camera: tests/studio/live."""

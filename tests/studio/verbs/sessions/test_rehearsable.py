@@ -1,4 +1,4 @@
-"""`studio.verbs.rehearse`: what a scene needs before it can be rehearsed in."""
+"""`studio.verbs.sessions.rehearse`: what a scene needs before it can be rehearsed in."""
 
 import dataclasses
 from argparse import Namespace
@@ -6,7 +6,7 @@ from argparse import Namespace
 import pytest
 
 from scenes.package import load_package, save_package
-from studio.verbs.rehearse import add_reality, scene_to_rehearse
+from studio.verbs.sessions.rehearse import add_reality, scene_to_rehearse
 from tests.scanned_cell import scan
 
 __all__ = ["scan"]

@@ -8,7 +8,7 @@ import pytest
 from devices.recording import read_session
 from studio.cli import main
 from studio.session.records.outputs import OUTPUT_NAMES
-from studio.verbs.fork import DEFAULT_OUT
+from studio.verbs.sessions.fork import DEFAULT_OUT
 
 pytestmark = pytest.mark.usefixtures("no_display", "no_traceback")
 

@@ -10,7 +10,7 @@ from studio import rehearsal
 from studio.console import display
 from studio.console.rows import at_most
 from studio.session.plan import SessionPlan
-from studio.verbs.playing import play_and_print
+from studio.verbs.sessions.playing import play_and_print
 
 
 @pytest.fixture

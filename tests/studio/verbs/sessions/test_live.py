@@ -11,7 +11,7 @@ from studio.cli import main
 from studio.live.people.hosting import Hosting
 from studio.live.setup import Place
 from studio.verbs.flags.hololens import HOSTILE, check_hostile
-from studio.verbs.live import add_arguments, hosting_of, setup_of
+from studio.verbs.sessions.live import add_arguments, hosting_of, setup_of
 
 
 def parsed(*words):

@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 from studio.verbs.flags.results import add_result_flags, result_folder
-from studio.verbs.playing import play_and_print
+from studio.verbs.sessions.playing import play_and_print
 
 DEFAULT_OUT = Path("out/rehearsal")
 
