@@ -276,13 +276,15 @@ class Tracker:
     ) -> RigState:
         """The rig's state after the bands of the background that are due were learned."""
         standing = self._standing(tracks, scene.layers, is_first=schedule.is_first)
-        bands = bands_to_learn(schedule, scene.frame, tracks, is_seen_anew=is_seen_anew)
-        for band in bands:
-            exposure = scene.exposures[band.lens]
-            background = self._rig_tracker.learn(
-                rig.background, scene.frame, standing, exposure=exposure, band=band
+        learner, frame, exposures = self._rig_tracker, scene.frame, scene.exposures
+        for band in bands_to_learn(schedule, frame, tracks, is_seen_anew=is_seen_anew):
+            exposure = exposures[band.lens]
+            background = learner.learn(
+                rig.background, frame, standing, exposure=exposure, band=band
             )
             rig = replace(rig, background=background)
+        if is_seen_anew:
+            return learner.learn_unscanned(rig, frame, standing=standing, exposures=exposures)
         return rig
 
     def _output(

@@ -36,6 +36,9 @@ KNOWN_COVERAGE = 0.5
 """Alpha of the room from which its drawn distance is that of a surface: most of the light that
 reaches the pixel comes from it."""
 
+MIN_GAIN = 0.2
+"""Gain of an exposure below which nothing is seen: the least that a fit is trusted with."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BackgroundImages:
@@ -198,7 +201,7 @@ def fit_exposure(
         for c in range(3)
     ]
     gain, falloff, offset = np.array(fits).T
-    if not np.isfinite(fits).all() or (gain < 0.2).any() or (gain > 5.0).any():
+    if not np.isfinite(fits).all() or (gain < MIN_GAIN).any() or (gain > 5.0).any():
         return neutral
     return Exposure(gain, falloff, offset)
 
@@ -238,6 +241,19 @@ def expose(background_image: FloatArray, exposure: Exposure, *, radius2: FloatAr
         here = gain[channel] + radius2 * falloff[channel]
         exposed[..., channel] = background_image[..., channel] * here + offset[channel]
     return exposed
+
+
+def unexposed(shown: FloatArray, exposure: Exposure, *, radius2: FloatArray) -> FloatArray:
+    """(N, 3) colours of a background image that `expose` would show as some live pixels.
+
+    Args:
+        shown: (N, 3) those pixels, 0..1.
+        exposure: of the lens they come from.
+        radius2: (N,) squared distance from the lens's centre, 1 at the border.
+    """
+    gain = exposure.gain + radius2[:, None] * exposure.falloff
+    colours = (shown - exposure.offset) / np.maximum(gain, MIN_GAIN)
+    return np.clip(colours, 0.0, 1.0).astype(np.float32)
 
 
 def difference(live: FloatArray, expected: FloatArray, noise: FloatArray) -> Difference:

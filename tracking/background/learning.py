@@ -10,19 +10,27 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
+from typing import TypeVar
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from devices.messages import Frame
-from tracking.background.images import BackgroundImages, Exposure
-from tracking.background.strips import STRIPS, strip_of
+from scenes.cameras import Fisheye
+from tracking.background.images import (
+    KNOWN_COVERAGE,
+    BackgroundImages,
+    Exposure,
+    unexposed,
+)
+from tracking.background.strips import STRIPS, Strips, strip_of
 from tracking.kernels.background import LEARNING
 from tracking.kernels.native import RoomLearner
 from tracking.window.window import Layer
 
 FloatArray = NDArray[np.float32]
+T = TypeVar("T")
 
 COHERENT_SIDE = 1 / 110
 """Side of the surroundings that are averaged, as a share of the lens picture's."""
@@ -139,7 +147,7 @@ def learn(
         frame.images[index][rows],
         images[index][rows, :],
         learned[index][rows, :],
-        free & (background.coverage[index][rows] > 0.5),
+        free & (background.coverage[index][rows] > KNOWN_COVERAGE),
         lens_size=(width, height),
         top=rows.start,
         exposure=exposure.rows(),
@@ -153,6 +161,59 @@ def learn(
     noise[index] = noise[index].with_rows(band.top, rough.reshape(size)[inner])
     learned[index] = learned[index].with_rows(band.top, known.reshape(size)[inner])
     return replace(background, images=tuple(images), noise=tuple(noise), learned=tuple(learned))
+
+
+def learn_unscanned(
+    background: BackgroundImages,
+    frame: Frame,
+    *,
+    lens: int,
+    exposure: Exposure,
+    taken: Sequence[Layer],
+) -> BackgroundImages:
+    """Background images that are as this frame where the scan is empty, away from all objects.
+
+    No photo showed the ceiling: there all that is to be seen would differ from the room for ever.
+
+    Args:
+        background: so far.
+        frame: live pictures.
+        lens: which is learned.
+        exposure: of it in this frame.
+        taken: movable objects rendered into it.
+    """
+    height, width = background.coverage[lens].shape
+    free = _free_of(taken, slice(0, height), width) & _circle_of(frame.rig.lenses[lens])
+    here = free & (background.coverage[lens] <= KNOWN_COVERAGE)
+    if not here.any():
+        return background
+    rows, columns = np.nonzero(here)
+    x, y = (2.0 * columns + 1.0) / width - 1.0, (2.0 * rows + 1.0) / height - 1.0
+    shown = (frame.images[lens][rows, columns] / 255.0).astype(np.float32)
+    image, noise = (of[lens].whole().copy() for of in (background.images, background.noise))
+    learned = background.learned[lens].whole() | here
+    image[here] = unexposed(shown, exposure, radius2=(x * x + y * y).astype(np.float32))
+    # This camera saw it: nothing is misaligned.
+    noise[here] = LEARNING.noise_floor
+    coverage = np.where(here, np.float32(1.0), background.coverage[lens])
+
+    def with_lens(pictures: tuple[T, ...], picture: T) -> tuple[T, ...]:
+        return (*pictures[:lens], picture, *pictures[lens + 1 :])
+
+    return replace(
+        background,
+        images=with_lens(background.images, Strips[np.float32].of(image)),
+        noise=with_lens(background.noise, Strips[np.float32].of(noise)),
+        learned=with_lens(background.learned, Strips[np.bool_].of(learned)),
+        coverage=with_lens(background.coverage, coverage),
+    )
+
+
+def _circle_of(lens: Fisheye) -> NDArray[np.bool_]:
+    """(H, W) bool: inside a lens's field of view."""
+    across, down = (np.arange(n) + 0.5 for n in (lens.width_px, lens.height_px))
+    radius2 = (across[None, :] - lens.cx) ** 2 + (down[:, None] - lens.cy) ** 2
+    return np.asarray(radius2 < lens.circle_px**2)
 
 
 def _free_of(taken: Sequence[Layer], rows: slice, width: int) -> NDArray[np.bool_]:

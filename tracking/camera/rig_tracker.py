@@ -17,7 +17,14 @@ from scenes.splats import SplatCloud
 from scenes.state import ObjectModel
 from tracking.background.images import BackgroundImages, Exposure, LensExposures, render_background
 from tracking.background.layers import LayerCache, window_of
-from tracking.background.learning import Band, Care, learn, looked_at, whole_lens
+from tracking.background.learning import (
+    Band,
+    Care,
+    learn,
+    learn_unscanned,
+    looked_at,
+    whole_lens,
+)
 from tracking.camera.calibration import MAX_CARRIED, Calibration, calibrate
 from tracking.camera.rig_state import RigState, look_through, rig_state
 from tracking.window.window import Layer
@@ -146,11 +153,44 @@ class RigTracker:
         """
         lens = frame.rig.lenses[band.lens]
         rows = looked_at(band, lens.width_px, lens.height_px)
+        taken = self._taken(background, frame, standing=standing, lens=band.lens, rows=rows)
+        return learn(background, frame, exposure, taken, band, care=standing.care)
+
+    def learn_unscanned(
+        self, rig: RigState, frame: Frame, *, standing: StandingObjects, exposures: LensExposures
+    ) -> RigState:
+        """Take what no photo of the scan showed from a frame, away from all objects.
+
+        Args:
+            rig: so far.
+            frame: live pictures.
+            standing: the movable objects.
+            exposures: of the lenses in this frame.
+        """
+        background = rig.background
+        for index, lens in enumerate(frame.rig.lenses):
+            rows = slice(0, lens.height_px)
+            taken = self._taken(background, frame, standing=standing, lens=index, rows=rows)
+            background = learn_unscanned(
+                background, frame, lens=index, exposure=exposures[index], taken=taken
+            )
+        return replace(rig, background=background)
+
+    def _taken(
+        self,
+        background: BackgroundImages,
+        frame: Frame,
+        *,
+        standing: StandingObjects,
+        lens: int,
+        rows: slice,
+    ) -> list[Layer]:
+        """The movable objects, drawn into some rows of a lens."""
         taken: list[Layer] = []
         for model in standing.models:
             pose, view = standing.poses[model.object_id], (frame.rig, background.world_from_rig)
-            drawn, _ = window_of(model, pose, *view, lens=band.lens).part
+            drawn, _ = window_of(model, pose, *view, lens=lens).part
             if drawn.start < rows.stop and rows.start < drawn.stop:
                 layers = standing.layers
-                taken.append(layers.layer(model, pose, *view, self._renderer, lens=band.lens))
-        return learn(background, frame, exposure, taken, band, care=standing.care)
+                taken.append(layers.layer(model, pose, *view, self._renderer, lens=lens))
+        return taken

@@ -9,8 +9,8 @@ from devices.messages import Frame
 from scenes.cameras import Fisheye, Rig
 from scenes.frames import FRONT_FROM_BACK_LENS
 from scenes.pose import Pose
-from tracking.background.images import BackgroundImages, Exposure
-from tracking.background.learning import Care, band_of, learn, whole_lens
+from tracking.background.images import BackgroundImages, Exposure, expose
+from tracking.background.learning import Care, band_of, learn, learn_unscanned, whole_lens
 from tracking.background.strips import STRIPS
 from tracking.window.filters import bell_blurred
 from tracking.window.window import Layer
@@ -80,3 +80,28 @@ def test_while_things_may_be_anywhere_nothing_is_learned_beside_what_differs(roo
     assert after[200:, 200:].mean() > 0.9
     less = learn(background, seen, NEUTRAL, (), band, care=Care.CAUTIOUS).learned[0].whole()
     assert after.sum() < less.sum()
+
+
+def test_what_no_photo_showed_is_taken_from_the_picture_away_from_objects(room):
+    """A scan without its ceiling would differ there for ever."""
+    true, *_ = room
+    scanned = np.ones((SIDE, SIDE), np.float32)
+    scanned[40:90, 60:200] = 0.2
+    empty = np.where(scanned[..., None] > 0.5, true, 0.0).astype(np.float32)
+    exposure = Exposure(np.full(3, 1.1), np.full(3, -0.2), np.full(3, 0.02))
+    y, x = (np.mgrid[0:SIDE, 0:SIDE] + 0.5) * 2 / SIDE - 1
+    shown = expose(true, exposure, radius2=x**2 + y**2)
+    image = np.round(np.clip(shown, 0, 1) * 255).astype(np.uint8)
+    seen = Frame("camera", 0, 0, 0, (image, image), RIG, Pose.identity())
+    background = BackgroundImages.of_pictures(Pose.identity(), (empty, empty), (scanned, scanned))
+    square = np.ones((20, 30), np.float32)
+    taken = Layer(60, 40, np.zeros((20, 30, 3), np.float32), square, square)
+    after = learn_unscanned(background, seen, lens=1, exposure=exposure, taken=(taken,))
+    learned = after.learned[1].whole()
+    assert learned[45:85, 100:195].all()
+    assert not learned[40:60, 60:90].any()
+    assert not learned[scanned > 0.5].any()
+    difference = np.abs(after.images[1].whole() - true)
+    assert difference[learned].max() < 0.01
+    np.testing.assert_array_equal(after.coverage[1] > 0.5, learned | (scanned > 0.5))
+    assert after.images[0] is background.images[0]
