@@ -18,12 +18,7 @@ from numpy.typing import NDArray
 
 from devices.messages import Frame
 from scenes.cameras import Fisheye
-from tracking.background.images import (
-    KNOWN_COVERAGE,
-    BackgroundImages,
-    Exposure,
-    unexposed,
-)
+from tracking.background.images import KNOWN_COVERAGE, BackgroundImages, Exposure, unexposed
 from tracking.background.strips import STRIPS, Strips, strip_of
 from tracking.kernels.background import LEARNING
 from tracking.kernels.native import RoomLearner

@@ -110,9 +110,9 @@ class Belief:
         return self.found.nats < -STAYS_NATS and self.before.nats < -STAYS_NATS
 
 
-def accounts_for(track: Track, rate: float) -> bool:
-    """Whether a pose with so many nats a sample accounts for an object."""
-    return rate >= min(MIN_RATE, USUAL_SHARE * _usual_rate(track))
+def accounts_for(track: Track, rate: float, *, share: float = 1.0) -> bool:
+    """Whether a pose with so many nats a sample accounts for an object, or for such a share."""
+    return rate >= share * min(MIN_RATE, USUAL_SHARE * _usual_rate(track))
 
 
 def is_sure(rate: float) -> bool:

@@ -288,13 +288,15 @@ def _unless_it_stayed(task: Task, belief: Belief, *, evidence: Evidence) -> Beli
     """The belief, or that in the last pose if the measured one is elsewhere and less likely.
 
     What is seen against a plain surface may be as large and farther, or smaller and nearer: a book
-    that somebody had put down went 13 cm up towards the camera, and stayed there.
+    that somebody had put down went 13 cm up towards the camera, and stayed there. What is nearer
+    covers more pixels: as likely is it only where it shows as much in each.
     """
     last = task.track.world_from_object
     if not is_other(task.model, belief.fit.world_from_object, last):
         return belief
-    before = belief.before
-    stays = before.nats > max(belief.found.nats, 0.0) and not before.is_covered
+    before, found = belief.before, belief.found
+    found_nats = found.nats * before.samples / max(found.samples, before.samples, 1.0)
+    stays = before.nats > max(found_nats, 0.0) and not before.is_covered
     return at_pose(task, evidence, belief, last) if stays else belief
 
 

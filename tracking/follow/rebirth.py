@@ -15,7 +15,14 @@ from itertools import islice
 from scenes.state import TrackState
 from tracking.evidence.evidence import gather, view_of
 from tracking.evidence.observation import observe
-from tracking.follow.belief import CERTAIN_NATS, STAYS_NATS, accounts_for, is_sure, was_shown
+from tracking.follow.belief import (
+    CERTAIN_NATS,
+    OPEN,
+    STAYS_NATS,
+    accounts_for,
+    is_sure,
+    was_shown,
+)
 from tracking.follow.posterior import is_carriable
 from tracking.follow.redetection import Search
 from tracking.follow.track import Review, Task, Track, portable
@@ -24,6 +31,7 @@ from tracking.hypotheses.budget import FrameBudget, Step
 from tracking.hypotheses.hypothesis import CLEAR_NATS, Hypothesis, is_other
 from tracking.hypotheses.refinement import CLEAR_SHARE
 from tracking.hypotheses.search_runner import IN_FRAMES, SearchRunner
+from tracking.likelihood.pixel_model import PoseSupport
 from tracking.likelihood.pose_likelihood import pose_support
 from tracking.solve.covariance import uncertainty
 from tracking.solve.motion import Motion
@@ -232,7 +240,10 @@ def lifted_heights(height_m: float, *, reach_m: float, lowest_m: float) -> tuple
 def _is_likelier(task: Task, item: Hypothesis) -> bool:
     """Whether a pose shows the object, and clearly better than where it is believed."""
     track, support = task.track, item.support
-    if support.is_covered or not accounts_for(track, support.nats_a_sample):
+    if support.is_covered or not _accounts_for(track, support):
+        return False
+    # Of what is mostly hidden all the rest has to show: behind a curtain anything looks like it.
+    if support.is_mostly_hidden and not is_sure(support.nats_a_sample):
         return False
     if track.state is TrackState.LOST:
         return item.log_odds > CLEAR_NATS
@@ -258,10 +269,20 @@ def _is_likelier(task: Task, item: Hypothesis) -> bool:
     rests = stood_there or not was_shown(track)
     # What rests where something hides it is elsewhere only where it shows all that it shows: who
     # stands before it has the colours of a part of it somewhere.
-    if rests and not is_sure(support.nats_a_sample):
+    if rests and not is_sure(support.nats_a_sample) and there.unknown_fraction >= OPEN:
         return False
     stays = STAYS_NATS if rests else 0.0
     return item.log_odds > max(there.nats, 0.0) + stays + CLEAR_NATS
+
+
+def _accounts_for(track: Track, support: PoseSupport) -> bool:
+    """Whether a pose with such a support accounts for an object.
+
+    It is passers-by who look a little like it: the less that is unknown is around the pose, the
+    less it has to show. A chair in a dark corner showed 0.4 nats a sample, and nobody was near.
+    """
+    share = min(support.unknown_fraction / OPEN, 1.0)
+    return accounts_for(track, support.nats_a_sample, share=share)
 
 
 def _born(task: Task, item: Hypothesis) -> Track:

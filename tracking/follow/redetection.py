@@ -91,7 +91,8 @@ def redetect(
     progress, hypotheses = runner.advance(search.progress, work, budget_ms=budget_ms)
     if hypotheses is None:
         return {}, replace(search, progress=progress)
-    return _assign(tasks, {_id(search.task): hypotheses}, is_later=True), None
+    began_ns = search.task.scene.frame.t_ns
+    return _assign(tasks, {_id(search.task): hypotheses}, began_ns=began_ns), None
 
 
 def is_missing(track: Track) -> bool:
@@ -132,31 +133,51 @@ def _is_outdated(search: Search, tasks: Sequence[Task]) -> bool:
 
 
 def _assign(
-    tasks: Sequence[Task], fresh: Mapping[str, Sequence[Hypothesis]], *, is_later: bool = False
+    tasks: Sequence[Task], fresh: Mapping[str, Sequence[Hypothesis]], *, began_ns: int | None = None
 ) -> dict[str, Track]:
     """Tracks of lost objects after a joint assignment.
+
+    A search works on the frame in which it began: who carries the object may have gone on since.
+    From where it found the object then, it is looked for around there.
 
     Args:
         tasks: the objects.
         fresh: hypotheses of those that were searched for, by object id.
-        is_later: whether the searches may have begun in frames before this one.
+        began_ns: time of the frame in which their search began; None if it is this one.
     """
     tasks = [_record_search(task, fresh.get(_id(task))) for task in tasks]
     found = assign([AssignmentCandidates(task.model, _still_free(task)) for task in tasks])
-    if is_later:
-        found = {_id(task): _unless_gone(task, found.get(_id(task))) for task in tasks}
-    return {_id(task): _redetect(task, found.get(_id(task))) for task in tasks}
+    tracks: dict[str, Track] = {}
+    for task in tasks:
+        assignment = found.get(_id(task))
+        if began_ns is not None and assignment is not None and _has_gone(task, assignment):
+            if _id(task) in fresh:
+                task = _known_there(task, assignment, t_ns=began_ns)
+            assignment = None
+        tracks[_id(task)] = _redetect(task, assignment)
+    return tracks
 
 
-def _unless_gone(task: Task, assignment: Assignment | None) -> Assignment | None:
-    """The assignment, unless this frame shows the empty room there.
+def _has_gone(task: Task, assignment: Assignment) -> bool:
+    """Whether this frame shows the empty room at a place that was found in an earlier one."""
+    return support_at(task, assignment.hypothesis.world_from_object).nats < -CLEAR_NATS
 
-    A search works on the frame in which it began: who carries the object may have gone on since.
-    """
-    if assignment is None:
-        return None
-    there = support_at(task, assignment.hypothesis.world_from_object)
-    return None if there.nats < -CLEAR_NATS else assignment
+
+def _known_there(task: Task, assignment: Assignment, *, t_ns: int) -> Task:
+    """The task of an object that was where a search found it, in the frame in which that began."""
+    pose = assignment.hypothesis.world_from_object
+    if assignment.place_probability < FOUND or not is_other(
+        task.model, pose, task.track.world_from_object
+    ):
+        return task
+    track = replace(
+        task.track,
+        world_from_known=pose,
+        known_ns=t_ns,
+        known_motion=Motion.rest(t_ns),
+        missing_ns=task.scene.frame.t_ns,
+    )
+    return replace(task, track=track)
 
 
 def _record_search(task: Task, hypotheses: Sequence[Hypothesis] | None) -> Task:

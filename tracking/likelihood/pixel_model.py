@@ -118,6 +118,11 @@ class PoseSupport:
         """Whether something in no scan is known to hide most of what could be seen of it."""
         return self.unknown_fraction > MOSTLY_UNKNOWN
 
+    @property
+    def is_mostly_hidden(self) -> bool:
+        """Whether the room, tracked objects and something in no scan hide most of it together."""
+        return self.open_fraction * (1.0 - self.unknown_fraction) < 1.0 - MOSTLY_UNKNOWN
+
 
 NOT_IN_VIEW = PoseSupport(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 

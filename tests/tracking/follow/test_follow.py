@@ -136,11 +136,16 @@ def test_what_rests_or_is_hidden_there_moves_only_to_where_it_is_in_no_doubt(
     assert after.was_at_rest != moves
 
 
-@pytest.mark.parametrize(("before", "moves"), [(17.0, False), (14.0, True)])
+@pytest.mark.parametrize(
+    ("before", "size", "moves"), [(17.0, 1.0, False), (14.0, 1.0, True), (14.0, 1.2, False)]
+)
 def test_what_moves_goes_only_where_it_is_likelier_than_where_it_was(
-    table, mug_elsewhere, compared, monkeypatch, before, moves
+    table, mug_elsewhere, compared, monkeypatch, before, size, moves
 ):
-    """A book that somebody had put down went 13 cm towards the camera, and stayed there."""
+    """A book that somebody had put down went 13 cm towards the camera, and stayed there.
+
+    Another one, in the hand, went 25 cm: for as many nats of a sixth more pixels.
+    """
     scene, now = mug_elsewhere
     task = table.task(scene, "mug-1", state=TrackState.TRACKED, was_at_rest=False, usual_nats=16.0)
     usual = PoseSupport(16.0, SAMPLES, 1.0, 1.0, 0.0, 900.0)
@@ -149,7 +154,8 @@ def test_what_moves_goes_only_where_it_is_likelier_than_where_it_was(
 
     def weighed(_task, observation, _fit):
         found, here = (replace(usual, nats=nats) for nats in (15.0, before))
-        return Belief(observation, elsewhere, found, lambda: here)
+        nearer = replace(found, samples=size * found.samples)
+        return Belief(observation, elsewhere, nearer, lambda: here)
 
     monkeypatch.setattr(follow_module, "weigh_measurement", weighed)
     after = follow(task, unchanged=False)

@@ -9,6 +9,7 @@ import pytest
 from scenes.pose import Pose
 from scenes.state import TrackState
 from tracking.beside.runner import SearchBesideFrames
+from tracking.evidence.evidence import gather, view_of
 from tracking.evidence.observation import observe
 from tracking.follow.belief import MIN_RATE, accounts_for, weigh_measurement
 from tracking.follow.follow import follow
@@ -18,8 +19,10 @@ from tracking.follow.rebirth import FARTHEST_M, awaiting_look, expected_of, look
 from tracking.follow.redetection import Search
 from tracking.follow.track import Review
 from tracking.hypotheses.budget import FrameBudget, Step
+from tracking.hypotheses.hypothesis import Hypothesis
 from tracking.hypotheses.refinement import fit_at
 from tracking.hypotheses.search_runner import BEGUN, Progress
+from tracking.likelihood.pixel_model import PoseSupport
 from tracking.solve.motion import Motion
 
 FRAME_NS, SECOND_NS = 100_000_000, 1_000_000_000
@@ -328,6 +331,56 @@ def test_what_has_gone_on_by_the_end_of_a_look_is_not_where_it_was_found(table, 
     assert pending is None
     assert tracks["book-1"].state is TrackState.OCCLUDED
     assert tracks["book-1"].world_from_object is table.poses["book-1"]
+
+
+@pytest.mark.parametrize("is_hidden", [False, True])
+def test_what_left_an_empty_place_may_show_less_than_all_elsewhere(table, monkeypatch, is_hidden):
+    """Nobody stands before that place, whose clothes could be taken for a part of it."""
+    before = table.poses["book-1"]
+    now = Pose.from_yaw(before.yaw() + 0.6, before.translation + np.array([-0.25, 0.2, 0.15]))
+    frame = table.filmed({"book-1": now}, seq=1, t_ns=FRAME_NS)
+    if is_hidden:
+        frame = replace(frame, images=(with_board(frame, before.translation),))
+    scene = replace(table.scene(), frame=frame)
+    monkeypatch.setattr("tracking.follow.rebirth.is_sure", lambda rate: False)
+    track = looked([lost_sight_of(table, scene, world_from_stood=before)])["book-1"]
+    apart_m = np.linalg.norm(track.world_from_object.translation - now.translation)
+    assert (apart_m < 0.08) != is_hidden
+
+
+@pytest.mark.parametrize(
+    ("nats", "open_fraction", "unknown_fraction", "is_taken"),
+    [
+        # In a dark corner, and nobody is near.
+        (12.0, 1.0, 0.02, True),
+        # As much of somebody's clothes, or in his arms.
+        (12.0, 1.0, 0.25, False),
+        (26.0, 1.0, 0.25, True),
+        # A sliver beside a curtain; a corner of it behind a sofa, in full.
+        (20.0, 0.3, 0.05, False),
+        (32.0, 0.3, 0.05, True),
+    ],
+)
+def test_what_is_lost_is_found_where_enough_of_what_is_open_shows_it(
+    table, lifted, monkeypatch, nats, open_fraction, unknown_fraction, is_taken
+):
+    scene, now = lifted
+    task = lost_sight_of(table, scene, state=TrackState.LOST)
+    evidence = gather(scene, task.model, view_of(scene, task.model, now), task.neighbours)
+    fit = fit_at(scene, task.model, evidence, now)
+    support = PoseSupport(nats, 30.0, open_fraction, 0.6, unknown_fraction, 900.0)
+    found = [Hypothesis(fit, support)]
+    monkeypatch.setattr("tracking.follow.rebirth.born", lambda *args, **more: found)
+    assert (looked([task])["book-1"].state is TrackState.TRACKED) == is_taken
+
+
+def with_board(frame, place):
+    """The picture of a frame with a grey board before a place."""
+    image, lens = frame.images[0].copy(), frame.rig.lenses[0]
+    (pixel,), _ = lens.project((frame.world_from_rig.inverse() @ place)[None])
+    column, row = np.round(pixel).astype(int)
+    image[row - 50 : row + 50, column - 50 : column + 50] = (90, 90, 95)
+    return image
 
 
 def test_a_look_that_is_not_needed_any_more_is_given_up(table, lifted):

@@ -11,6 +11,7 @@ from scenes.state import TrackState
 from tracking.beside.messages import encoded
 from tracking.beside.runner import SearchBesideFrames
 from tracking.evidence.observation import observe
+from tracking.follow.rebirth import awaiting_look
 from tracking.follow.redetection import (
     HIDDEN_FRAMES,
     heights_of,
@@ -111,14 +112,21 @@ def test_a_search_beside_the_frames_comes_to_the_same_pose_to_the_bit(table, mug
 def test_what_has_gone_on_by_the_end_of_a_search_is_not_where_it_was_found(
     table, mug_elsewhere, no_mug
 ):
-    scene, _now = mug_elsewhere
+    scene, then = mug_elsewhere
+    now_ns = scene.frame.t_ns + 1_500_000_000
+    later = replace(no_mug, frame=replace(no_mug.frame, t_ns=now_ns))
     begun = table.task(scene, "mug-1", **LOST)
-    gone = table.task(no_mug, "mug-1", **LOST)
+    gone = table.task(later, "mug-1", usual_nats=20.0, **LOST)
     found, search = redetect([begun], None, budget_ms=30.0)
     while not found:
         found, search = redetect([gone], search, budget_ms=60.0)
-    assert found["mug-1"].state is TrackState.LOST
-    assert found["mug-1"].searches_in_vain == 1
+    track = found["mug-1"]
+    assert track.state is TrackState.LOST
+    assert track.searches_in_vain == 1
+    # It was there: that is where it is looked for from now on.
+    assert apart(track.world_from_known, then)[0] < 0.01
+    assert (track.known_ns, track.missing_ns) == (scene.frame.t_ns, now_ns)
+    assert awaiting_look([replace(gone, track=track)], None) == {"mug-1"}
 
 
 def test_a_search_of_what_was_under_review_can_be_ordered(table, mug_elsewhere):
