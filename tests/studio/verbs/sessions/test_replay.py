@@ -8,7 +8,7 @@ import pytest
 
 from studio.cli import main
 
-CASES = Path(__file__).parents[2] / "data" / "cases" / "11_mcap"
+CASES = Path(__file__).parents[3] / "data" / "cases" / "11_mcap"
 
 
 @pytest.mark.parametrize("name", ["control", "no_checksums", "no_summary", "cut_off"])
