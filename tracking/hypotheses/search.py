@@ -143,16 +143,26 @@ def _turn_at_best_places(
         window = budget.do(Step.GATHER, window_about, scene, model, neighbours, pose)
         aligned = budget.do(Step.ALIGN, align_in_window, scene, model, window, pose)
         compared.append(budget.do(Step.SUPPORT, less_shade, scene, model, aligned=aligned))
-    compared.sort(key=lambda item: -item[0])
     turned: list[Turned] = []
-    for nats, pose, window in compared[:TURNED]:
-        if nats < compared[0][0] - HOPELESS_NATS:
-            break
+    for nats, pose, window in worth_turning(compared):
         likeliest = _likeliest_yaws(scene, model, window, pose, budget)
         turned.append((nats, pose, window))
         for start in [*_aligned_here(model, rough, pose), *likeliest]:
             turned.append(budget.do(Step.ALIGN, align_in_window, scene, model, window, start))
     return turned
+
+
+def worth_turning(compared: Sequence[Turned]) -> list[Turned]:
+    """The likeliest of some poses, the likeliest first, and the first, the best one roughly.
+
+    Where its yaw is wrong, a place shows roughly alone: a chair turned by a third of a circle had
+    11 nats roughly and -20 closely, and slivers behind a curtain had 3.
+    """
+    likely = sorted(compared, key=lambda item: -item[0])[:TURNED]
+    likely = [item for item in likely if item[0] >= likely[0][0] - HOPELESS_NATS]
+    first = compared[0]
+    is_among = any(item is first for item in likely)
+    return likely if is_among else [*likely[: TURNED - 1], first]
 
 
 def less_shade(scene: Scene, model: TrackModel, *, aligned: Turned) -> Turned:

@@ -37,11 +37,13 @@ from tracking.hypotheses.screening import (
     ranked_both_ways,
 )
 from tracking.hypotheses.search import (
+    TURNED,
     align_in_window,
     best_places,
     less_shade,
     search,
     window_about,
+    worth_turning,
 )
 from tracking.hypotheses.yaws import likeliest_yaws
 from tracking.model.support_planes import EVERYWHERE_M
@@ -232,3 +234,20 @@ def test_other_light_on_a_table_accounts_for_a_place_and_not_for_a_mug_there(
     assert mug_nats > 4.0 * mug.shade_nats
     assert light_nats < 0.0
     assert light.shade_nats > 3.0
+
+
+@pytest.mark.parametrize(
+    ("nats", "turned"),
+    [
+        # The chair at another yaw, then slivers behind a curtain.
+        ((-20.0, 3.3, 1.2, 2.0, -4.0), [1, 3, 0]),
+        ((27.0, 3.0, 22.0, -8.0, 1.0), [0, 2]),
+        ((2.0, 27.0, 1.0), [1, 0]),
+        ((-3.0,), [0]),
+    ],
+)
+def test_all_yaws_are_compared_at_the_place_that_shows_most_roughly(nats, turned):
+    compared = [(value, None, None) for value in nats]
+    chosen = worth_turning(compared)
+    assert [compared.index(item) for item in chosen] == turned
+    assert len(chosen) <= TURNED
