@@ -3,6 +3,7 @@
 A scan is blurred, speckled and lit as on the day it was made. Pixels that certainly show the room
 (outside every known object, without a coherent difference over their surroundings) are copied into
 the background image at its exposure. People and unknown objects differ coherently and are not.
+Where the scan is empty nothing can agree: there the first picture is the room.
 """
 
 from __future__ import annotations
