@@ -7,6 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
 
+import numpy as np
+
 from benchmarks.evaluate.cuts.captures import Capture
 from benchmarks.evaluate.cuts.cutting import (
     Cut,
@@ -18,9 +20,11 @@ from benchmarks.evaluate.cuts.cutting import (
 )
 from benchmarks.evaluate.cuts.marking import WAYS, marks_of, prompted
 from benchmarks.evaluate.cuts.scores import CutScore, TrueCut, figures
+from benchmarks.evaluate.cuts.true_outlines import true_outlines
 from benchmarks.evaluate.cuts.truth import truth_of
 from scenes.prepare.cutout.marks.prompted_views import PromptedView
 from scenes.prepare.cutout.proposals import Proposal
+from scenes.rays import RayScene
 from scenes.render.native import NativeRenderer
 
 PROPOSED, MADE, BY_TRUTH = "propose", "true_labels_made", "true_labels"
@@ -53,6 +57,7 @@ class Case:
 def cases_of(capture: Capture) -> list[Case]:
     """Every movable object of a capture; the first time takes minutes, then it is read."""
     truth, marks = truth_of(capture, renderer=NativeRenderer()), marks_of(capture)
+    room = RayScene(np.concatenate(capture.parts))
     cases = []
     for number, item in enumerate(capture.objects):
         own = marks[item.object_id]
@@ -62,6 +67,7 @@ def cases_of(capture: Capture) -> list[Case]:
             triangles=item.triangles,
             seen=truth.seen[number],
             box_m=item.box_m,
+            outlines=true_outlines(capture, number, room=room),
         )
         views = {way: prompted(capture, own, way=way) for way in WAYS}
         share = float(truth.seen_share[number])

@@ -91,6 +91,9 @@ def _figures(
     ]
     by_mesh = float(np.mean([score.iou_by_mesh for score in scores]))
     rows.append(Row(f"{name}.iou_by_mesh.mean", by_mesh, ""))
+    outline = [score.outline for score in scores if np.isfinite(score.outline)]
+    if outline:
+        rows.append(Row(f"{name}.outline.mean", float(np.mean(outline)), ""))
     rows += [at_most(f"{name}.{k}", value, "%", bar=bars.get(k)) for k, value in percent.items()]
     if len(box_cm):
         p95 = float(np.percentile(box_cm, 95))

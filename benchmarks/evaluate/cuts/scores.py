@@ -10,8 +10,10 @@ from scipy.spatial import KDTree
 
 from benchmarks.evaluate.cutouts import overlap
 from benchmarks.evaluate.cuts.cutting import Cutting
+from benchmarks.evaluate.cuts.true_outlines import TrueOutline, outline_overlap
 from scenes.pose import rotation_from_quaternion
 from scenes.rays import RayScene
+from scenes.render.native import NativeRenderer
 from scenes.splats import SplatCloud
 
 FloatArray = NDArray[np.float64]
@@ -36,11 +38,12 @@ class TrueCut:
     """Truth that an object's cut is held against.
 
     Attributes:
-        labels: (N,) the object's splats.
-        by_mesh: (N,) those of them that lie near to its surface.
+        labels: (N,) the splats that paint the object.
+        by_mesh: (N,) those that lie nearest to its surface.
         triangles: (T, 3, 3) its surface.
         seen: (K, 3) points of it that photos saw.
         box_m: (3,) extents of its box.
+        outlines: in the photos that show it.
     """
 
     labels: NDArray[np.bool_]
@@ -48,6 +51,7 @@ class TrueCut:
     triangles: FloatArray
     seen: FloatArray
     box_m: FloatArray
+    outlines: tuple[TrueOutline, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,8 +59,10 @@ class Figures:
     """Figures of one cut.
 
     Attributes:
-        iou: overlap of the object's splats with the true ones, by count.
-        iou_by_mesh: the same with those that lie near to its surface only.
+        iou: overlap of the object's splats with those that paint it, by count.
+        iou_by_mesh: the same with those that lie nearest to its surface, whatever they paint.
+        outline: overlap of what the object's splats draw alone with its outline; NaN if no photo
+            shows it whole.
         missing: share of the true surface that photos saw with no splat of the cut near it.
         foreign: share of the cut's splats, by area and opacity, that are far from its true surface.
         taken: share of the cut's splats, by area and opacity, that are truly something else's: what
@@ -67,6 +73,7 @@ class Figures:
 
     iou: float
     iou_by_mesh: float
+    outline: float
     missing: float
     foreign: float
     taken: float
@@ -100,11 +107,13 @@ class CutScore(Figures):
 def figures(truth: TrueCut, cutting: Cutting | None, *, room: SplatCloud) -> Figures:
     """How near a cut of a room's splats comes to the truth; None was refused: all is missing."""
     if cutting is None:
-        return Figures(0.0, 0.0, 1.0, 0.0, 0.0, 100.0 * float(truth.box_m.max()), 1.0)
+        none = 0.0 if truth.outlines else float("nan")
+        return Figures(0.0, 0.0, none, 1.0, 0.0, 0.0, 100.0 * float(truth.box_m.max()), 1.0)
     own = truth.labels
     return Figures(
         iou=overlap(cutting.labels, own),
         iou_by_mesh=overlap(cutting.labels, truth.by_mesh),
+        outline=outline_overlap(truth.outlines, cutting.splats, renderer=NativeRenderer()),
         missing=missing_share(truth.seen, cutting.splats),
         foreign=foreign_share(truth.triangles, cutting.splats),
         taken=_share_of(_weights(room), cutting.labels & ~own, whole=cutting.labels),

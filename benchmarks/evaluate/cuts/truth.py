@@ -45,11 +45,13 @@ class Truth:
     """The truth of a capture's splats and surfaces.
 
     Attributes:
-        labels: (N,) index into the capture's objects, -1 for what never moves, -2 for floaters:
-            whose mesh is nearest; of two that are equally near, or where none is near, whose pixels
-            the splat paints. A plain chair that few photos show is drawn by splats several
-            centimetres off its surface, and they are the chair's all the same.
-        by_mesh: (N,) the same where those that are near to none are floaters, whatever they paint.
+        labels: (N,) index into the capture's objects, -1 for what never moves: whose pixels the
+            splat paints in the photos, or where none shows it, whose mesh is nearest. A plain chair
+            that few photos show is drawn by splats several centimetres off its surface, and they
+            are the chair's all the same; what hangs beside a plant pot and paints the wall behind
+            it is the wall's, though the pot's mesh is nearer.
+        by_mesh: (N,) whose mesh is nearest, whatever they paint; of two that are equally near,
+            whose pixels the splat paints; -2 for floaters, which are near to none.
         seen: by object, (K, 3) points spread evenly on that surface of it that some photo saw, in
             the package's world.
         seen_share: by object, how much of its surface that is.
@@ -74,7 +76,6 @@ def truth_of(capture: Capture, *, renderer: NativeRenderer) -> Truth:
     views = [replace(v, camera=_smaller(v.camera)) for v in capture.photos]
     by_light = labels_by_light(room, parts, viewpoints=views, renderer=renderer)
     by_mesh = np.where(between_two(room, parts), by_light, labels).astype(np.int16)
-    labels = np.where((by_mesh == -2) & (by_light >= 0), by_light, by_mesh).astype(np.int16)
     scene = RayScene(np.concatenate(parts))
     seen, shares = [], []
     for number, item in enumerate(capture.objects):
@@ -82,7 +83,7 @@ def truth_of(capture: Capture, *, renderer: NativeRenderer) -> Truth:
         is_seen = seen_in(points, scene, views=capture.photos)
         seen.append(points[is_seen])
         shares.append(float(is_seen.mean()))
-    truth = Truth(labels, by_mesh, tuple(seen), np.array(shares))
+    truth = Truth(by_light.astype(np.int16), by_mesh, tuple(seen), np.array(shares))
     _keep(truth, path, key=key)
     return truth
 

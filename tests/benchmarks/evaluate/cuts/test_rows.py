@@ -13,6 +13,7 @@ def score(name, iou, **other):
         "way": "two_boxes",
         "photos": 2,
         "iou_by_mesh": iou,
+        "outline": iou,
         "missing": 0.0,
         "foreign": 0.0,
         "taken": 0.0,
@@ -34,6 +35,7 @@ def test_bars_are_for_two_boxes_and_one_click():
     assert rows["cuts.iou.mean"].value == 0.88
     assert rows["cuts.iou.mean"].passed is False
     assert rows["cuts.iou.ge_90_percent"].value == 50.0
+    assert rows["cuts.outline.mean"].value == 0.88
     assert rows["cuts.missing_percent"].value == 50.0
     assert rows["cuts.foreign_percent"].passed is True
     assert rows["cuts.box_cm.p95"].passed is True
