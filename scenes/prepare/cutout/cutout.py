@@ -16,6 +16,7 @@ from scenes.prepare.cutout.coverage.in_photos import with_coverage
 from scenes.prepare.cutout.labelling.above_ground import SOLID
 from scenes.prepare.cutout.labelling.closed_body import closed_body
 from scenes.prepare.cutout.labelling.marked_body import marked_body
+from scenes.prepare.cutout.labelling.outlines import outlined
 from scenes.prepare.cutout.labelling.separate import Separation, ViewVerdict, separate
 from scenes.prepare.cutout.marks.masked_view import MaskedView
 from scenes.prepare.cutout.marks.masks import GrabCutMasks, Masks
@@ -27,9 +28,7 @@ from scenes.prepare.cutout.remainder.fill import fill_support
 from scenes.prepare.cutout.remainder.floaters import FLOATERS
 from scenes.prepare.cutout.remainder.foot_and_haze import beside_foot, hanging_off
 from scenes.prepare.cutout.remainder.residual_splats import residual_splats
-from scenes.prepare.cutout.remainder.see_through import shows_background
 from scenes.prepare.cutout.remainder.shadows import without_shadow
-from scenes.prepare.cutout.votes.room_views import painting
 from scenes.prepare.cutout.votes.seen_surface import SeenSurface, seen_surface
 from scenes.render.native import NativeRenderer
 from scenes.splats import SplatCloud, concatenate
@@ -161,7 +160,7 @@ def make_object(
     renderer: NativeRenderer,
 ) -> Cutout:
     """The package after the found splats became an object; see `cut_out`."""
-    found, box = _bound(package, found, renderer)
+    found, box = _bound(package, _outlined(package, found, renderer), renderer)
     splats = package.room.select(found.labels)
     mended = _mend_support(package.room, found, box)
     room, cut = divide(
@@ -230,26 +229,44 @@ def _mend_support(room: SplatCloud, found: Separation, box: UprightBox) -> _Mend
     return _Mended(shaded, lit, fill if fill is not None else nothing)
 
 
+def _outlined(package: ScenePackage, found: Separation, renderer: NativeRenderer) -> Separation:
+    """The object by its outlines in the room's photos, if it was found in another way."""
+    if len(found.own) or len(package.views) <= MIN_PHOTOS or not found.labels.any():
+        return found
+    outline = outlined(package.room, found.labels, viewpoints=package.views, renderer=renderer)
+    return outline if outline.labels.sum() >= MIN_SPLATS else found
+
+
 def _bound(
     package: ScenePackage, found: Separation, renderer: NativeRenderer
 ) -> tuple[Separation, UprightBox]:
-    """Leave the room's splats out of what was found; return the rest and the box around it."""
+    """The object without the room's splats that are in it, and the box around it.
+
+    Outlines in many photos leave nothing of the room in it.
+    """
+    surface, box = _box(package, found, renderer)
+    if not len(found.own):
+        found, box = _without_ground(package, found, box, surface, renderer)
+    return (_add_residual_splats(package.room, found, box) if box.supported else found), box
+
+
+def _without_ground(
+    package: ScenePackage,
+    found: Separation,
+    box: UprightBox,
+    surface: SeenSurface,
+    renderer: NativeRenderer,
+) -> tuple[Separation, UprightBox]:
+    """The object without the ground around its foot and what hangs beside it; and its box."""
     room = package.room
-    through = shows_background(room, found.labels, package.views, renderer=renderer)
-    through |= found.outliers
-    surface, box = _box(package, found, through, renderer)
-    beside = box.supported & beside_foot(room, found.labels, box.support_z_m)
-    if beside.any():
-        rest = found.labels & ~beside
-        beside &= ~painting(room, rest, package.views, renderer=renderer)
+    if box.supported:
+        beside = beside_foot(room, found.labels, box.support_z_m)
         found = replace(found, labels=found.labels & ~beside)
-        surface, box = _box(package, found, through, renderer)
-    background = hanging_off(
-        room, found.labels & through, _on_object(room, found.labels & ~through, surface)
-    )
-    found = replace(found, labels=found.labels & ~background)
-    found = _remove_haze(room, found, box, surface)
-    return (_add_residual_splats(room, found, box) if box.supported else found), box
+        surface, box = _box(package, found, renderer)
+    beside = found.labels & found.outliers
+    on = _on_object(room, found.labels & ~found.outliers, surface)
+    found = replace(found, labels=found.labels & ~hanging_off(room, beside, on))
+    return _remove_haze(room, found, box, surface), box
 
 
 def _on_object(room: SplatCloud, labels: BoolArray, surface: SeenSurface) -> FloatArray:
@@ -259,19 +276,19 @@ def _on_object(room: SplatCloud, labels: BoolArray, surface: SeenSurface) -> Flo
 
 
 def _box(
-    package: ScenePackage, found: Separation, through: BoolArray, renderer: NativeRenderer
+    package: ScenePackage, found: Separation, renderer: NativeRenderer
 ) -> tuple[SeenSurface, UprightBox]:
     """Return the surface that the room's views show of the found splats, and its box.
 
     Of a large object few views frame the whole: there the cells that it was found by say more.
     """
     room = package.room
-    own = found.labels & ~through
+    own = found.labels & ~found.outliers
     surface = seen_surface(room, own, package.views, renderer=renderer)
     surface = replace(
         surface,
         own=np.concatenate([surface.own, found.own]),
-        around=np.concatenate([surface.around, found.around]),
+        around=found.around if len(found.around) else surface.around,
     )
     gone = found.labels | found.floaters
     return surface, upright_box(room.select(own), room.select(~gone), surface, found.masks)

@@ -17,6 +17,88 @@ MAX_PLANES = 8
 """Planes that are looked for."""
 REACH_M = (0.004, 0.015)
 """How thick a plane may be taken, whatever its splats' noise says."""
+SUPPORT_REACH_M = 0.06
+"""A support is looked for this far above and below the object's lowest points."""
+SUNK_SHARE = 0.1
+"""Of an object's points: so many may hang through what it stands on. In 35 objects of five rooms it
+were at most 0.12, and at least 0.4 where the top of a table beside a chair had been taken for what
+the chair stands on; 0.05 and 0.15 do as well."""
+BELOW_M = 0.5
+"""If there is no support near, one is looked for this far below: thin legs are not always found."""
+LEVEL_M = 0.006
+"""Height of a bin in which the support is looked for, metres."""
+SUPPORT_RING_M = 0.2
+"""How far around an object its support is looked for."""
+NEAR_LEVEL_M = 0.015
+"""Distance from that height within which splats are the support's, metres."""
+MIN_LEVEL_POINTS = 60
+"""Points of level surfaces that show a support: a flat patch of eight by eight cells."""
+MIN_SUPPORT_SPLATS = 12
+"""Splats that show one at least."""
+TAIL = 0.0005
+"""Share of an object's points that may lie below its lowest."""
+MIN_SPREAD_M = 0.002
+"""Of a support's points: the best of trained floors are drawn so exactly."""
+
+
+@dataclass(frozen=True, slots=True)
+class Support:
+    """Surface that an object stands on: its height, and how its splats scatter there, metres."""
+
+    height_m: float
+    spread_m: float
+
+
+def support_under(
+    own: NDArray[np.float64], level: NDArray[np.float64], splats: NDArray[np.float64]
+) -> Support | None:
+    """The level under or around an object's foot; None if there is none.
+
+    The level that views see most of counts, and splats say where exactly it is: depths drawn on a
+    level surface lie a little below it or above.
+
+    Args:
+        own: (N, 3) on the object; some may hang through the table that it lies on.
+        level: (M, 3) on level surfaces around it, as views agree about them.
+        splats: (K, 3) centres of the room's solid splats.
+    """
+    if not len(own):
+        return None
+    low, high = own.min(axis=0) - SUPPORT_RING_M, own.max(axis=0) + SUPPORT_RING_M
+
+    def heights(points: NDArray[np.float64]) -> NDArray[np.float64]:
+        near = ((points[:, :2] > low[:2]) & (points[:, :2] < high[:2])).all(axis=1)
+        return points[near, 2]
+
+    drawn, centres = heights(level), heights(splats)
+    bottom, sunk = np.quantile(own[:, 2], (TAIL, SUNK_SHARE), method="lower")
+    for among, least in ((drawn, MIN_LEVEL_POINTS), (centres, MIN_SUPPORT_SPLATS)):
+        for first, last in (
+            (bottom - SUPPORT_REACH_M, max(bottom + SUPPORT_REACH_M, sunk)),
+            (bottom - BELOW_M, bottom + SUPPORT_REACH_M),
+        ):
+            within = among[(among > first) & (among < last)]
+            if len(within) >= least:
+                return _lying(centres, at_m=_densest(within))
+    return None
+
+
+def _lying(centres: NDArray[np.float64], *, at_m: float) -> Support:
+    """The support at a height, as the splats next to it lie."""
+    near = centres[np.abs(centres - at_m) < NEAR_LEVEL_M]
+    if len(near) < MIN_SUPPORT_SPLATS:
+        return Support(at_m, NEAR_LEVEL_M)
+    height = float(np.median(near))
+    spread = 1.4826 * float(np.median(np.abs(near - height)))
+    return Support(height, max(spread, MIN_SPREAD_M))
+
+
+def _densest(heights: NDArray[np.float64]) -> float:
+    """The height that most are next to."""
+    edges = np.arange(heights.min(), heights.max() + 2 * LEVEL_M, LEVEL_M)
+    most = int(np.argmax(np.histogram(heights, bins=edges)[0]))
+    low, high = edges[max(most - 1, 0)], edges[min(most + 2, len(edges) - 1)]
+    return float(np.median(heights[(heights >= low) & (heights <= high)]))
 
 
 @dataclass(frozen=True, slots=True)

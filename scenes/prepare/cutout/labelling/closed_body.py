@@ -20,11 +20,12 @@ from scenes.pose import Pose
 from scenes.prepare.cutout.labelling.cell_odds import colour_odds, going_on
 from scenes.prepare.cutout.labelling.ending_bodies import ending_bodies
 from scenes.prepare.cutout.labelling.graph_cut import cut
+from scenes.prepare.cutout.labelling.outlines import separated
 from scenes.prepare.cutout.labelling.separate import Separation
 from scenes.prepare.cutout.labelling.surface_cells import (
+    SIDES_M,
     SurfaceCells,
     links_between,
-    splats_of_cells,
     surface_cells,
 )
 from scenes.prepare.cutout.marks.prompted_views import PromptedView
@@ -41,10 +42,6 @@ RADII_M = (0.12, 0.2, 0.33, 0.55, 0.9, 1.4)
 
 CELLS_ACROSS = 25
 """Cells from a ball's middle to its end."""
-
-SIDES_M = (0.004, 0.02)
-"""Smallest and largest side of a cell: finer than the splats' noise nothing is seen, and larger
-ones swallow a chair's legs."""
 
 PRIOR = 0.5
 """Log odds that a surface inside the ball is the clicked object's, before anything is known."""
@@ -95,11 +92,17 @@ class _Body:
     Attributes:
         cells: of all surfaces there.
         labels: (N,) those of the body.
+        inside: (N,) those inside the ball.
+        clicked: (N,) those at the click.
+        radius_m: of the ball.
         openness: links to the outside for each of its cells, and how far it lacks the click.
     """
 
     cells: SurfaceCells
     labels: BoolArray
+    inside: BoolArray
+    clicked: BoolArray
+    radius_m: float
     openness: float
 
     @property
@@ -135,18 +138,23 @@ def closed_body(
     if not len(clicked):
         names = ", ".join(view.name for view in views)
         raise ValueError(f"nothing is drawn where you clicked in {names}; click on the object")
-    body = _smallest_closed(
-        cloud, np.median(clicked, axis=0), viewpoints=viewpoints, renderer=renderer
-    )
+    centre = np.median(clicked, axis=0)
+    body = _smallest_closed(cloud, centre, viewpoints=viewpoints, renderer=renderer)
     if body is None:
         raise ValueError(
             f"what was clicked on does not end within {RADII_M[-1]:g} m: it is a wall, a floor or "
             "grown together with one; draw a box around the object in two views"
         )
-    labels = splats_of_cells(cloud, body.cells, labels=body.labels)
-    none = np.zeros_like(labels)
-    own, around = body.cells.places[body.labels], body.cells.places[~body.labels]
-    return Separation(labels, none, none, (), own=own, around=around)
+    means = cloud.means.astype(np.float64)
+    return separated(
+        cloud,
+        body.cells,
+        labels=body.labels,
+        inside=body.inside,
+        sure=body.clicked,
+        within=np.linalg.norm(means - centre, axis=1) < body.radius_m,
+        renderer=renderer,
+    )
 
 
 def _clicked_points(
@@ -219,4 +227,4 @@ def _body_at(cells: SurfaceCells, *, centre: FloatArray, radius_m: float) -> _Bo
     around = inside & (apart < max(radius_m / 4, 3.0 * cells.side_m))
     if not around.any() or labels[around].mean() < HELD:
         openness = np.inf
-    return _Body(cells, labels, openness)
+    return _Body(cells, labels, inside, clicked, radius_m, openness)

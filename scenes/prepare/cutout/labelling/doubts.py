@@ -87,6 +87,7 @@ class Labelled:
         held: (N,) those that least energy gave it: the object's, and bodies that were left out.
         flat: (N,) how sure it is that a cell's flat patch goes on outside the boxes, 0..1.
         inside: (N,) those inside all boxes.
+        sure: (N,) those at a stroke that somebody drew.
         openness: links that lead out of the boxes, per cell.
         links: between cells.
     """
@@ -95,6 +96,7 @@ class Labelled:
     held: BoolArray
     flat: FloatArray
     inside: BoolArray
+    sure: BoolArray
     openness: float
     links: Links
 

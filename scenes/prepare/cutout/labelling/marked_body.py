@@ -3,14 +3,14 @@
 Photos of the room give surface cells around what was marked (`surface_cells`). One energy over
 these cells is minimised (`graph_cut`): what lies outside a box is the room, a flat patch that goes
 on outside the boxes is likely the room's, a mask that shows a cell speaks for it, and so do its
-colours; what does not hold together, at a crease or a step of colour, is cheap to part. Cells say
-whose a splat is.
+colours; what does not hold together, at a crease or a step of colour, is cheap to part. From these
+cells the outlines in the photos are found, and whose a splat is (`outlines`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,11 +30,14 @@ from scenes.prepare.cutout.labelling.doubts import (
 )
 from scenes.prepare.cutout.labelling.ending_bodies import ending_bodies
 from scenes.prepare.cutout.labelling.graph_cut import cut
+from scenes.prepare.cutout.labelling.outlines import separated
 from scenes.prepare.cutout.labelling.separate import Separation
 from scenes.prepare.cutout.labelling.surface_cells import (
+    AROUND,
+    AROUND_M,
     SurfaceCells,
     links_between,
-    splats_of_cells,
+    side_for,
     surface_cells,
 )
 from scenes.prepare.cutout.marks.masked_view import MaskedView
@@ -54,15 +57,6 @@ BoolArray = NDArray[np.bool_]
 
 BOX_SLACK = 0.02
 """Of a box's size: how far a cell may lie outside it, for depth that is off by a cell."""
-
-CELLS_ACROSS = 60
-"""Cells along the longest side of what was marked."""
-
-SIDES_M = (0.004, 0.02)
-"""Smallest and largest side of a cell, as of `closed_body`."""
-
-MARGIN = 0.3
-"""Of the object's size, and 5 cm: how far around it cells say what the room is."""
 
 PASSES = 3
 """Times that the place is looked at, each time as closely as what was found before allows."""
@@ -100,14 +94,6 @@ Measured: 0.15 loses 0.02 of IoU, 1.0 loses 0.01."""
 
 STROKE_SIDES = 2.0
 """Sides of a cell around a stroke's point that are what the stroke says."""
-
-FAR_M = 0.2
-"""How far from the nearest cell a splat inside all boxes may hang: in rooms that few photos show,
-splats paint a surface from 2 to 20 cm off it. Measured on 27 objects: 0.05, 0.1 and 0.2 give an IoU
-of 0.693, 0.716 and 0.747."""
-
-POINTS = 2000
-"""Points of what was marked that photos are cropped around."""
 
 LEFT_OUT = 0.1
 """Weight of a body's cells that no marked view sees, when it is asked which body is meant."""
@@ -158,13 +144,13 @@ def marked_body(
         size_m = float((high - low).max())
         if size_m > SMALLER * last_m:
             break
-        last_m, reach = size_m, MARGIN * size_m + 0.05
+        last_m, reach = size_m, AROUND * size_m + AROUND_M
         cells = surface_cells(
             cloud,
             viewpoints,
-            around=core[:: max(1, len(core) // POINTS)],
+            around=core,
             corners=(low - reach, high + reach),
-            side_m=float(np.clip(size_m / CELLS_ACROSS, *SIDES_M)),
+            side_m=side_for(size_m),
             renderer=renderer,
         )
         body = _labelled(cells, marks)
@@ -177,14 +163,19 @@ def marked_body(
         require_object(cells, body, boxed=boxed)
     means = cloud.means.astype(np.float64)
     within = np.logical_and.reduce([mark.holds(means, BOX_SLACK) for mark in marks])
-    found = splats_of_cells(cloud, cells, labels=labels, within=within, far_m=FAR_M)
-    none = np.zeros_like(found)
-    own, around = cells.places[labels], cells.places[~labels]
-    shown = {mark.view.name: _verdict(mark, own) for mark in marks}
+    found = separated(
+        cloud,
+        cells,
+        labels=labels,
+        inside=body.inside,
+        sure=body.sure,
+        within=within,
+        renderer=renderer,
+    )
+    shown = {mark.view.name: _verdict(mark, found.own) for mark in marks}
     verdicts = tuple(shown.get(view.name, ViewVerdict(view.name, 0.0, False)) for view in views)
-    masks = tuple(mark.view for mark in marks)
     notes = doubts(cells, body, boxed=boxed, other=other)
-    return Separation(found, none, none, verdicts, masks, own, around, notes)
+    return replace(found, views=verdicts, notes=notes)
 
 
 def _marks(
@@ -237,6 +228,7 @@ def _labelled(cells: SurfaceCells, marks: Sequence[_Mark]) -> Labelled:
         for at_stroke, says in _strokes(cells, mark):
             shape[at_stroke] = says * np.inf
             meant[at_stroke] = says * len(cells)
+    sure = np.isinf(shape)
     shape = np.where(inside, shape, -np.inf)
     links = links_between(cells)
     belief, labels, held, openness = shape, inside, inside, 0.0
@@ -251,7 +243,7 @@ def _labelled(cells: SurfaceCells, marks: Sequence[_Mark]) -> Labelled:
             cells, held, meant=meant, inside=inside, links=links, beside=BESIDE
         )
         belief = shape + colour_odds(cells.colours, labels)
-    return Labelled(labels, held, flat, inside, openness, links)
+    return Labelled(labels, held, flat, inside, sure, openness, links)
 
 
 def _sight(cells: SurfaceCells, mark: _Mark) -> tuple[BoolArray, FloatArray]:

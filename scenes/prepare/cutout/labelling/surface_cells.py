@@ -18,6 +18,7 @@ from scenes.package.records import ViewPoint
 from scenes.pose import Pose
 from scenes.prepare.cells import cells_of, nearest, pairs_within
 from scenes.prepare.cutout.labelling.graph_cut import Links
+from scenes.prepare.cutout.votes.cropped_views import CloseView
 from scenes.prepare.cutout.votes.framed import framed
 from scenes.prepare.cutout.votes.seen_surface import CELL_PX
 from scenes.prepare.surface_depth import surface_depth
@@ -36,6 +37,19 @@ MAX_PX = 260
 
 MARGIN = 0.25
 """Of the place's size in a view: how far around it the view is cropped, as there."""
+
+CELLS_ACROSS = 60
+"""Cells along the longest side of an object."""
+
+SIDES_M = (0.004, 0.02)
+"""Smallest and largest side of a cell: finer than the splats' noise nothing is seen, and larger
+ones swallow a chair's legs."""
+
+AROUND, AROUND_M = 0.3, 0.05
+"""Of an object's size, and metres: how far around it cells say what the room is."""
+
+POINTS = 2000
+"""Points around which views are cropped."""
 
 NEAREST_M = 0.3
 """Views nearer than this are not preferred to others: they show too little around."""
@@ -81,6 +95,29 @@ FAR_M = 0.03
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class DrawnView:
+    """A crop of a view as the room's splats draw it.
+
+    Attributes:
+        view: the crop.
+        depth_m: (H, W) along the optical axis; 0 where there is none.
+        rgb: (H, W, 3) 0..1.
+    """
+
+    view: CloseView
+    depth_m: FloatArray
+    rgb: NDArray[np.float32]
+
+    def points(self) -> tuple[FloatArray, BoolArray]:
+        """(H, W, 3) world points of what is drawn, and (H, W) where anything is."""
+        camera = self.view.camera
+        rays = camera.unproject(pixel_centres(camera))
+        in_camera = rays / rays[:, 2:] * self.depth_m.reshape(-1, 1)
+        places = self.view.world_from_camera @ in_camera
+        return places.reshape(*self.depth_m.shape, 3), self.depth_m > 0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class SurfaceCells:
     """Cells that hold surface.
 
@@ -90,6 +127,7 @@ class SurfaceCells:
         colours: (N, 3) 0..1.
         seen_by: (N,) how many views draw a surface there.
         side_m: of a cell.
+        views: that they were found in.
     """
 
     places: FloatArray
@@ -97,6 +135,7 @@ class SurfaceCells:
     colours: FloatArray
     seen_by: NDArray[np.intp]
     side_m: float
+    views: tuple[DrawnView, ...] = ()
 
     def __len__(self) -> int:
         return len(self.places)
@@ -116,26 +155,26 @@ def surface_cells(
     Args:
         cloud: the whole room, metres.
         viewpoints: of the room; of the pinhole ones up to `MAX_VIEWS`, from all sides and near.
-        around: (K, 3) points that views are cropped to, world metres.
+        around: (K, 3) points that views are cropped to, a few of them.
         corners: lowest and highest (3,) of the box.
         side_m: of a cell, at least; it is as wide as `CELL_PX` pixels of most views, too, or there
             would be holes between cells.
         renderer: draws each view three times.
     """
     centre = (around.min(axis=0) + around.max(axis=0)) / 2
-    views = _views_around(viewpoints, around, centre=centre)
-    sights = [
-        _sight(cloud, camera, world_from_camera=pose, renderer=renderer) for camera, pose in views
-    ]
+    some = around[:: max(1, len(around) // POINTS)]
+    views = _views_around(viewpoints, some, centre=centre)
+    drawn = tuple(_drawn(cloud, view, renderer=renderer) for view in views)
+    sights = [_surface_in(view) for view in drawn]
     if views:
-        ways = [(pose.translation - centre, camera.fx) for camera, pose in views]
-        pixels_m = [float(np.linalg.norm(way)) / focal_px for way, focal_px in ways]
+        away_m = [np.linalg.norm(view.world_from_camera.translation - centre) for view in views]
+        pixels_m = [away / view.camera.fx for away, view in zip(away_m, views, strict=True)]
         side_m = max(side_m, CELL_PX * float(np.median(pixels_m)))
     low, high = corners
     kept = [((places > low) & (places < high)).all(axis=1) for places, _, _ in sights]
     if not any(mask.any() for mask in kept):
         none = np.zeros((0, 3))
-        return SurfaceCells(none, none, none, np.zeros(0, dtype=np.intp), side_m)
+        return SurfaceCells(none, none, none, np.zeros(0, dtype=np.intp), side_m, drawn)
     places, normals, colours = (
         np.concatenate([sight[part][mask] for sight, mask in zip(sights, kept, strict=True)])
         for part in range(3)
@@ -155,7 +194,12 @@ def surface_cells(
 
     normals = mean_of(normals)
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-9)
-    return SurfaceCells(mean_of(places), normals, mean_of(colours), seen_by[held], side_m)
+    return SurfaceCells(mean_of(places), normals, mean_of(colours), seen_by[held], side_m, drawn)
+
+
+def side_for(size_m: float) -> float:
+    """Side of the cells of an object so large, metres."""
+    return float(np.clip(size_m / CELLS_ACROSS, *SIDES_M))
 
 
 def links_between(cells: SurfaceCells) -> Links:
@@ -216,23 +260,23 @@ def splats_of_cells(
 
 def _views_around(
     viewpoints: Sequence[ViewPoint], around: FloatArray, *, centre: FloatArray
-) -> list[tuple[Pinhole, Pose]]:
+) -> list[CloseView]:
     """Up to `MAX_VIEWS` crops to points.
 
     First the one that shows most of them from near, then always the one whose direction differs
     most from those chosen.
     """
-    found: list[tuple[Pinhole, Pose]] = []
+    found: list[CloseView] = []
     quality: list[float] = []
     for view in viewpoints:
         crop = _cropped(view, around)
         if crop is not None:
-            found.append((crop[0], view.world_from_camera))
+            found.append(crop[0])
             away_m = float(np.linalg.norm(view.world_from_camera.translation - centre))
             quality.append(crop[1] / max(away_m, NEAREST_M))
     if len(found) <= MAX_VIEWS:
         return found
-    ways = np.stack([pose.translation - centre for _, pose in found])
+    ways = np.stack([view.world_from_camera.translation - centre for view in found])
     ways /= np.linalg.norm(ways, axis=1, keepdims=True)
     picked = [int(np.argmax(quality))]
     new = 1.0 - ways @ ways[picked[0]]
@@ -242,7 +286,7 @@ def _views_around(
     return [found[pick] for pick in picked]
 
 
-def _cropped(view: ViewPoint, points: FloatArray) -> tuple[Pinhole, float] | None:
+def _cropped(view: ViewPoint, points: FloatArray) -> tuple[CloseView, float] | None:
     """A view's part around points, and the share of them that it shows; None if too few."""
     camera = view.camera
     if not isinstance(camera, Pinhole):
@@ -265,26 +309,26 @@ def _cropped(view: ViewPoint, points: FloatArray) -> tuple[Pinhole, float] | Non
         int(size[0]), int(size[1]), camera.fx * scale, camera.fy * scale,
         (camera.cx - float(first[0])) * scale, (camera.cy - float(first[1])) * scale,
     )  # fmt: skip
-    return crop, shown
+    return CloseView(view.name, crop, view.world_from_camera, scale), shown
 
 
-def _sight(
-    cloud: SplatCloud, camera: Pinhole, *, world_from_camera: Pose, renderer: NativeRenderer
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _drawn(cloud: SplatCloud, view: CloseView, *, renderer: NativeRenderer) -> DrawnView:
+    camera, pose = view.camera, view.world_from_camera
+    shown = cloud.select(framed(cloud, camera, pose))
+    depth = surface_depth(shown, camera, pose, renderer=renderer).astype(np.float64)
+    rgb = renderer.render([PosedSplats(shown, Pose.identity())], camera, pose).rgb
+    return DrawnView(view, depth, np.clip(rgb, 0.0, 1.0))
+
+
+def _surface_in(drawn: DrawnView) -> tuple[FloatArray, FloatArray, FloatArray]:
     """World points (K, 3) of the surface that a view draws, their normals and colours."""
-    shown = cloud.select(framed(cloud, camera, world_from_camera))
-    depth = surface_depth(shown, camera, world_from_camera, renderer=renderer).astype(np.float64)
-    posed = [PosedSplats(shown, Pose.identity())]
-    colours = np.clip(renderer.render(posed, camera, world_from_camera).rgb, 0.0, 1.0)
-    rays = camera.unproject(pixel_centres(camera)).reshape(*depth.shape, 3)
-    rays = rays / rays[..., 2:]
-    points = (world_from_camera @ (rays * depth[..., None]).reshape(-1, 3)).reshape(rays.shape)
-    across, down = np.zeros(rays.shape), np.zeros(rays.shape)
+    points, there = drawn.points()
+    colours = drawn.rgb
+    across, down = np.zeros(points.shape), np.zeros(points.shape)
     across[:, 1:-1] = points[:, 2:] - points[:, :-2]
     down[1:-1] = points[2:] - points[:-2]
     # A surface's point is sure where its four neighbours are.
-    is_sure = np.zeros(depth.shape, dtype=bool)
-    there = depth > 0
+    is_sure = np.zeros(there.shape, dtype=bool)
     is_sure[1:-1, 1:-1] = (
         there[1:-1, 1:-1]
         & there[2:, 1:-1] & there[:-2, 1:-1] & there[1:-1, 2:] & there[1:-1, :-2]
@@ -292,7 +336,7 @@ def _sight(
     normals = np.cross(down, across)
     length = np.linalg.norm(normals, axis=2)
     normals /= np.maximum(length, 1e-15)[..., None]
-    towards = world_from_camera.translation - points
+    towards = drawn.view.world_from_camera.translation - points
     cosine = (normals * towards).sum(axis=2) / np.maximum(np.linalg.norm(towards, axis=2), 1e-9)
     is_sure &= (length > 0) & (np.abs(cosine) > MIN_COSINE)
     normals *= np.sign(cosine)[..., None]

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenes.pose import Pose
+from scenes.prepare.cutout.level_planes import support_under
 from scenes.prepare.cutout.marks.masked_view import MaskedView
 from scenes.prepare.cutout.object.box_in_masks import LevelRectangle, box_in_masks
 from scenes.prepare.cutout.object.level_top import RoundTop, level_top, round_top
@@ -29,22 +30,6 @@ TAIL = 0.002
 """Share of the weight beyond each face: splats that reach over the edge."""
 SOLID = 0.3
 """Opacity below which a splat says little about where the object ends."""
-SUPPORT_REACH_M = 0.06
-"""A support is looked for this far above and below the object's lowest splats."""
-SUNK_SHARE = 0.1
-"""Of an object's points: so many may hang through what it stands on. In 35 objects of five rooms it
-were at most 0.12, and at least 0.4 where the top of a table beside a chair had been taken for what
-the chair stands on; 0.05 and 0.15 do as well."""
-BELOW_M = 0.5
-"""If there is no support near, one is looked for this far below: thin legs are not always found."""
-LEVEL_M = 0.006
-"""Height of a bin in which the support is looked for, metres."""
-NEAR_LEVEL_M = 0.015
-"""Distance from that height within which splats are the support's, metres."""
-SUPPORT_RING_M = 0.2
-"""And so far around it."""
-MIN_SUPPORT_SPLATS = 12
-"""Splats that show a support at least."""
 SURFACE_TAIL = 0.0005
 """The same as `TAIL` for points that several views agree about."""
 MIN_HEIGHT_M = 0.1
@@ -117,13 +102,8 @@ def upright_box(
         level_m = level_top(points, top)
         top = top if level_m is None else level_m
     ground = surroundings.means[surroundings.opacities >= SOLID].astype(np.float64)
-    sunk, _ = _span(points[:, 2], weights, SUNK_SHARE)
-    near = bottom - SUPPORT_REACH_M, max(bottom + SUPPORT_REACH_M, sunk)
-    support = _support(points, ground, surface.around, between_m=near)
-    if support is None:
-        below = bottom - BELOW_M, bottom + SUPPORT_REACH_M
-        support = _support(points, ground, surface.around, between_m=below)
-    found, support = support is not None, bottom if support is None else support
+    support = support_under(points, surface.around, ground)
+    found, support = support is not None, bottom if support is None else support.height_m
     above = points[:, 2] > support
     if above.sum() >= 4:
         points, weights = points[above], weights[above]
@@ -237,43 +217,3 @@ def _yaw(points: FloatArray, weights: FloatArray, tail: float) -> float:
         inner &= (points[:, axis] >= low) & (points[:, axis] <= high)
     _, _, angle_deg = cv2.minAreaRect(points[inner, :2].astype(np.float32))
     return float(np.deg2rad((angle_deg + 45.0) % 90.0 - 45.0))
-
-
-def _support(
-    points: FloatArray,
-    level: FloatArray,
-    around: FloatArray,
-    *,
-    between_m: tuple[float, float],
-) -> float | None:
-    """Height of the flat surface under or around the object's foot; None if there is none.
-
-    What was found of an object, and splats of the table that it lies on, may hang through that
-    table: the level that views see most of counts, and splats say only where exactly it is. Depths
-    drawn on a level surface lie a little below it or above.
-
-    Args:
-        points: (N, 3) of the object.
-        level: (M, 3) centres of what may support it.
-        around: (K, 3) on the surfaces that views see beside it, possibly none.
-        between_m: heights between which it is looked for.
-    """
-    low = np.append(points[:, :2].min(axis=0) - SUPPORT_RING_M, between_m[0])
-    high = np.append(points[:, :2].max(axis=0) + SUPPORT_RING_M, between_m[1])
-    centres = level[((level > low) & (level < high)).all(axis=1), 2]
-    seen = around[((around > low) & (around < high)).all(axis=1), 2]
-    if len(centres) < MIN_SUPPORT_SPLATS:
-        return None
-    if len(seen) < MIN_SURFACE_POINTS:
-        return _densest(centres)
-    height = _densest(seen)
-    near = centres[np.abs(centres - height) < NEAR_LEVEL_M]
-    return float(np.median(near)) if len(near) >= MIN_SUPPORT_SPLATS else height
-
-
-def _densest(heights: FloatArray) -> float:
-    """The height that most are next to."""
-    edges = np.arange(heights.min(), heights.max() + 2 * LEVEL_M, LEVEL_M)
-    most = int(np.argmax(np.histogram(heights, bins=edges)[0]))
-    low, high = edges[max(most - 1, 0)], edges[min(most + 2, len(edges) - 1)]
-    return float(np.median(heights[(heights >= low) & (heights <= high)]))

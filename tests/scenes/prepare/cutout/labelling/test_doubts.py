@@ -45,7 +45,8 @@ def labelled(cells, labels, *, box, held=None, flat=0.0, openness=0.0):
     held = labels if held is None else held
     share = np.full(len(cells), flat)
     inside = box.holds(cells.places)
-    return Labelled(labels, held, share, inside, openness, links_between(cells))
+    sure = np.zeros_like(inside)
+    return Labelled(labels, held, share, inside, sure, openness, links_between(cells))
 
 
 def test_an_object_that_fills_its_box_gives_no_doubt():
