@@ -47,8 +47,8 @@ def nearest(
         among: (M, D), at least one.
         count: K; fewer where there are not so many points.
     """
-    apart, which = KDTree(among).query(places, k=min(count, len(among)), workers=-1)
-    shape = len(places), -1
+    shape = len(places), min(count, len(among))
+    apart, which = KDTree(among).query(places, k=shape[1], workers=-1)
     return np.reshape(apart, shape), np.reshape(which, shape).astype(np.intp)
 
 

@@ -33,12 +33,9 @@ from scenes.prepare.cutout.labelling.graph_cut import cut
 from scenes.prepare.cutout.labelling.outlines import separated
 from scenes.prepare.cutout.labelling.separate import Separation
 from scenes.prepare.cutout.labelling.surface_cells import (
-    AROUND,
-    AROUND_M,
     SurfaceCells,
+    cells_around,
     links_between,
-    side_for,
-    surface_cells,
 )
 from scenes.prepare.cutout.marks.masked_view import MaskedView
 from scenes.prepare.cutout.votes.silhouettes import (
@@ -144,15 +141,8 @@ def marked_body(
         size_m = float((high - low).max())
         if size_m > SMALLER * last_m:
             break
-        last_m, reach = size_m, AROUND * size_m + AROUND_M
-        cells = surface_cells(
-            cloud,
-            viewpoints,
-            around=core,
-            corners=(low - reach, high + reach),
-            side_m=side_for(size_m),
-            renderer=renderer,
-        )
+        last_m = size_m
+        cells = cells_around(cloud, viewpoints, core, box=(low, high), renderer=renderer)
         body = _labelled(cells, marks)
         other = something_else(cells, body) if other is None else other
         core = cells.places[body.labels]

@@ -26,13 +26,11 @@ from scenes.prepare.cutout.labelling.above_ground import SOLID
 from scenes.prepare.cutout.labelling.ending_bodies import GAP
 from scenes.prepare.cutout.labelling.separate import Separation
 from scenes.prepare.cutout.labelling.surface_cells import (
-    AROUND,
     AROUND_M,
     DrawnView,
     SurfaceCells,
-    side_for,
+    cells_around,
     splats_of_cells,
-    surface_cells,
 )
 from scenes.prepare.cutout.level_planes import Support, support_under
 from scenes.prepare.cutout.marks.masked_view import MaskedView
@@ -55,15 +53,15 @@ OUTSIDE_ODDS = 1.25
 SURE_ODDS = 8.0
 """Log odds of a pixel at a stroke: more than cells and colours say together."""
 
-NEAR = 0.94
-"""How near a pixel is to a cell that somebody drew a stroke on: a side (`NEAR_SIDES`)."""
-
 CORRECTED_ODDS = 4.0
 """Log odds that cells give a splat where somebody drew a stroke beside the object: more than all
 its light (`FEW`). Where nobody did, colours know better: it would lose 0.04 of IoU (22 objects)."""
 
 NEAR_SIDES = 4.0
 """Sides of a cell at which a cell says only a third (1/e) as much about a pixel."""
+
+NEAR = float(np.exp(-((1.0 / NEAR_SIDES) ** 2)))
+"""How near a pixel is to a cell that somebody drew a stroke on, by that: a side of a cell."""
 
 NEIGHBOURS = 4
 """Cells that say whose a pixel is."""
@@ -160,22 +158,16 @@ def outlined(
     Args:
         cloud: the whole room.
         labels: (N,) the object's splats, roughly.
-        viewpoints: photos of the room.
+        viewpoints: photos of the room; where none shows the object, it stays as it is.
         renderer: draws the room.
     """
     solid = labels & (cloud.opacities >= SOLID)
     own = cloud.means[solid if solid.any() else labels].astype(np.float64)
     low, high = np.percentile(own, (1, 99), axis=0)
-    size_m = float((high - low).max())
-    reach = AROUND * size_m + AROUND_M
-    cells = surface_cells(
-        cloud,
-        viewpoints,
-        around=own,
-        corners=(low - reach, high + reach),
-        side_m=side_for(size_m),
-        renderer=renderer,
-    )
+    cells = cells_around(cloud, viewpoints, own, box=(low, high), renderer=renderer)
+    if not len(cells):
+        none = np.zeros_like(labels)
+        return Separation(labels, none, none, ())
     _, which = nearest(cells.places, cloud.means, count=1)
 
     def is_near(points: NDArray[np.floating]) -> BoolArray:
@@ -196,7 +188,7 @@ def outlined(
 def _painting(
     cloud: SplatCloud,
     cells: SurfaceCells,
-    outlined: Sequence[NDArray[np.float32]],
+    odds_by_view: Sequence[NDArray[np.float32]],
     *,
     labels: BoolArray,
     sure: BoolArray,
@@ -211,7 +203,7 @@ def _painting(
     by_cells = splats_of_cells(cloud, cells, labels=labels, within=within, far_m=FAR_M)
     if not labels.any() or not cells.views:
         return by_cells
-    masks = [(drawn.view, odds > 0) for drawn, odds in zip(cells.views, outlined, strict=True)]
+    masks = [(drawn.view, odds > 0) for drawn, odds in zip(cells.views, odds_by_view, strict=True)]
     light, seen = light_in_masks(cloud, masks, renderer=renderer)
     means = cloud.means.astype(np.float64)
     by_light = np.log((light + FEW * seen + TINY) / ((1.0 + FEW) * seen - light + TINY))
@@ -298,8 +290,10 @@ def outlines(
 
 def _smoothed(drawn: DrawnView, odds: FloatArray) -> NDArray[np.float32]:
     """(H, W) the odds, smooth but for the picture's edges."""
-    grey = np.rint(255 * drawn.rgb).astype(np.uint8)
-    smooth = cv2.ximgproc.fastGlobalSmootherFilter(grey, odds.astype(np.float32), SMOOTHNESS, EDGE)
+    picture = np.rint(255 * drawn.rgb).astype(np.uint8)
+    smooth = cv2.ximgproc.fastGlobalSmootherFilter(
+        picture, odds.astype(np.float32), SMOOTHNESS, EDGE
+    )
     return np.asarray(smooth, dtype=np.float32)
 
 

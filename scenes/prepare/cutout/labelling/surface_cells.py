@@ -197,9 +197,34 @@ def surface_cells(
     return SurfaceCells(mean_of(places), normals, mean_of(colours), seen_by[held], side_m, drawn)
 
 
-def side_for(size_m: float) -> float:
-    """Side of the cells of an object so large, metres."""
-    return float(np.clip(size_m / CELLS_ACROSS, *SIDES_M))
+def cells_around(
+    cloud: SplatCloud,
+    viewpoints: Sequence[ViewPoint],
+    own: FloatArray,
+    *,
+    box: tuple[FloatArray, FloatArray],
+    renderer: NativeRenderer,
+) -> SurfaceCells:
+    """Cells of an object and of the room around it, as fine as the object is large.
+
+    Args:
+        cloud: the whole room, metres.
+        viewpoints: of the room.
+        own: (K, 3) points of the object, roughly.
+        box: lowest and highest (3,) of it.
+        renderer: draws each view.
+    """
+    low, high = box
+    size_m = float((high - low).max())
+    reach = AROUND * size_m + AROUND_M
+    return surface_cells(
+        cloud,
+        viewpoints,
+        around=own,
+        corners=(low - reach, high + reach),
+        side_m=float(np.clip(size_m / CELLS_ACROSS, *SIDES_M)),
+        renderer=renderer,
+    )
 
 
 def links_between(cells: SurfaceCells) -> Links:

@@ -24,8 +24,8 @@ from scenes.splats import SH_C0, SplatCloud, concatenate
 CAMERA = Pinhole.from_fov(160, 120, math.radians(60))
 COLOURS = np.array([[150, 140, 120], [200, 40, 30], [30, 60, 190]], np.uint8)
 """Of the floor, then of each cube."""
-PER_M2 = 2500.0
-SPREAD_M = 0.012
+PER_M2 = 5000.0
+SPREAD_M = 0.006
 
 
 def triangles(*surfaces):

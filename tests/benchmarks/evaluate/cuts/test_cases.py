@@ -9,12 +9,9 @@ def test_the_product_cuts_a_cube_with_two_boxes(cubes):
     (score,) = scores_of(case, cut_by_product, ways=["two_boxes"], stopwatch=iter([1, 3]).__next__)
     assert (score.room, score.object_id, score.family) == (cubes.folder.name, "red", "cube")
     assert (score.way, score.seconds, score.refused) == ("two_boxes", 2, "")
-    assert score.iou > 0.85
-    assert score.iou_by_mesh > 0.9
-    # Splats as large as these drown an eighth of any outline: of the true ones it is 0.81.
-    assert score.outline > 0.78
+    assert score.iou > 0.9
     assert score.missing < 0.05
-    assert score.foreign < 0.06
+    assert score.foreign < 0.05
 
 
 def test_a_refused_cut_is_scored_with_its_words(cubes):
@@ -32,5 +29,5 @@ def test_the_truth_is_the_upper_bound(cubes):
         if score.way == BY_TRUTH:
             assert (score.iou, score.missing, score.left) == (1.0, 0.0, 0.0)
         if score.way == MADE:
-            assert score.iou > 0.85
+            assert score.iou > 0.95
             assert score.box_cm < 10.0

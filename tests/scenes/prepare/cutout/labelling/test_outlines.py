@@ -160,3 +160,22 @@ def test_nothing_labelled_finds_nothing(room, cells, renderer):
     found = found_of(room, cells, renderer, labels=np.zeros(len(cells), dtype=bool))
     assert not found.labels.any()
     assert not len(found.own)
+
+
+def test_an_object_that_no_photo_shows_stays_as_it_is(room, renderer):
+    cloud, kind = room
+    away = ViewPoint(
+        "away", CAMERA, look_at(np.array([0.0, -1.0, 5.0]), np.array([0.0, -2.0, 9.0]))
+    )
+    found = outlined(cloud, kind == BOX, viewpoints=[away] * 4, renderer=renderer)
+    np.testing.assert_array_equal(found.labels, kind == BOX)
+
+
+def test_where_nothing_may_be_the_objects_nothing_is_found(room, cells, renderer):
+    cloud, _ = room
+    none = np.zeros(len(cells), dtype=bool)
+    found = separated(
+        cloud, cells, labels=in_box(cells.places, 0.01), inside=~none, sure=none,
+        within=np.zeros(len(cloud), dtype=bool), renderer=renderer,
+    )  # fmt: skip
+    assert not found.labels.any()
