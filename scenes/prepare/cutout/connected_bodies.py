@@ -7,10 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import KDTree
 
 from scenes.pose import rotation_from_quaternion
-from scenes.prepare.cells import cells_of
+from scenes.prepare.cells import cells_of, pairs_within
 from scenes.splats import SplatCloud
 
 FAINT = 0.05
@@ -24,11 +23,18 @@ def bodies(positions: NDArray[np.floating], reach_m: float) -> tuple[int, NDArra
     half of `reach_m` never part a body and gaps above twice of it always do.
     """
     places, cell_of = cells_of(positions, 0.5 * reach_m)
-    pairs = KDTree(places).query_pairs(1.8, output_type="ndarray")
-    n = len(places)
-    graph = csr_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
-    count, body = connected_components(graph, directed=False)
-    return int(count), body[cell_of].astype(np.intp)
+    first, second = pairs_within(places.astype(np.float64), 1.8)
+    count, body = linked(first, second, count=len(places))
+    return count, body[cell_of]
+
+
+def linked(
+    first: NDArray[np.intp], second: NDArray[np.intp], *, count: int
+) -> tuple[int, NDArray[np.intp]]:
+    """How many bodies `count` points are that hang together by these links, and each one's."""
+    graph = csr_array((np.ones(len(first)), (first, second)), shape=(count, count))
+    left, body = connected_components(graph, directed=False)
+    return int(left), np.asarray(body, dtype=np.intp)
 
 
 def bodies_of_splats(cloud: SplatCloud, reach_m: float) -> tuple[int, NDArray[np.intp]]:
@@ -57,6 +63,5 @@ def _join(
 ) -> tuple[int, NDArray[np.intp]]:
     """How many bodies are left when those that share a splat are one, and (N,) each splat's."""
     own = body_of_end[:splats]
-    graph = csr_array((np.ones(len(owner)), (own[owner], body_of_end)), shape=(count, count))
-    left, merged = connected_components(graph, directed=False)
-    return int(left), np.asarray(merged, dtype=np.intp)[own]
+    left, merged = linked(own[owner], body_of_end, count=count)
+    return left, merged[own]

@@ -213,7 +213,7 @@ def _painting(
     support = support_under(own, level, means[ground])
     if support is not None:
         reach_m = max(float(own[:, 2].max()) - support.height_m, support.spread_m)
-        odds -= _on_support(means[:, 2], support, reach_m)
+        odds -= _on_support(means[:, 2], support, reach_m=reach_m)
     if (sure & ~labels).any():
         # Somebody said what is not the object: cells were parted there, whatever colours say.
         which, weights, decay = _weighed(means, cells)
@@ -256,7 +256,7 @@ def _cells_in(
     return found
 
 
-def _on_support(heights_m: FloatArray, support: Support, reach_m: float) -> FloatArray:
+def _on_support(heights_m: FloatArray, support: Support, *, reach_m: float) -> FloatArray:
     """(N,) log odds that heights are the support's, not anywhere up to how high its object reaches.
 
     At a centimetre above a floor that is drawn to a millimetre an object is an object, above one

@@ -1,4 +1,3 @@
-# pyright: standard
 """Finds the splats of one object from its masks in a few views, hidden ones included.
 
 Masks are lifted to votes of the splats that can be seen (as FlashSplat, Shen et al. 2024, weighs
@@ -13,12 +12,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import KDTree
 
+from scenes.prepare.cells import nearest
 from scenes.prepare.cutout.colour_similarity import log_likelihood_ratio
-from scenes.prepare.cutout.connected_bodies import bodies
+from scenes.prepare.cutout.connected_bodies import bodies, linked
 from scenes.prepare.cutout.labelling.above_ground import (
     AROUND_M,
     FREE_SHARE,
@@ -253,9 +250,7 @@ def _free_standing(
     first, second, _ = links
     apart = np.linalg.norm(cloud.means[first] - cloud.means[second], axis=1)
     held = off_planes[first] & off_planes[second] & (apart < LINK_REACH_M)
-    n = len(cloud)
-    graph = csr_array((np.ones(held.sum()), (first[held], second[held])), shape=(n, n))
-    count, body = connected_components(graph, directed=False)
+    count, body = linked(first[held], second[held], count=len(cloud))
     largest = np.sort(cloud.scales.astype(np.float64), axis=1)[:, 1:]
     area = largest.prod(axis=1) * cloud.opacities
     whole = np.bincount(body, weights=area, minlength=count)
@@ -283,8 +278,8 @@ def _main_body(
     main = int(np.argmax(np.bincount(body, weights=inside[found], minlength=count)))
     points = np.concatenate([_clicked(view, vote) for view, vote in zip(views, votes, strict=True)])
     if len(points):
-        distance, nearest = KDTree(positions).query(points, workers=-1)
-        hit = np.atleast_1d(nearest)[np.atleast_1d(distance) < LINK_REACH_M]
+        apart, which = nearest(points, positions)
+        hit = which[apart < LINK_REACH_M]
         if len(hit):
             main = int(np.bincount(body[hit]).argmax())
     of_main = positions[body == main]
