@@ -37,6 +37,14 @@ MIN_SUPPORT_SPLATS = 12
 """Splats that show one at least."""
 TAIL = 0.0005
 """Share of an object's points that may lie below its lowest."""
+SCATTERED_M = 0.006
+"""Spread of splats from which on they may lie on no level at all: those that are anywhere within
+`NEAR_LEVEL_M` have 11 mm. Where depth draws a dark floor into the air, or legs were not found, such
+a height was the support: of 82 objects in twelve rooms 19 stood 4 to 70 cm off, and 6 do since.
+Measured: 4 to 8 mm give the same within two objects."""
+MORE = 1.5
+"""Times as many splats that have to lie on another level to take it instead. Measured: 1 to 2 give
+the same within two objects."""
 MIN_SPREAD_M = 0.002
 """Of a support's points: the best of trained floors are drawn so exactly."""
 
@@ -55,7 +63,8 @@ def support_under(
     """The level under or around an object's foot; None if there is none.
 
     The level that views see most of counts, and splats say where exactly it is: depths drawn on a
-    level surface lie a little below it or above.
+    level surface lie a little below it or above. One on which splats only scatter gives way to one
+    below on which more of them lie.
 
     Args:
         own: (N, 3) on the object; some may hang through the table that it lies on.
@@ -64,13 +73,15 @@ def support_under(
     """
     if not len(own):
         return None
-    low, high = own.min(axis=0) - SUPPORT_RING_M, own.max(axis=0) + SUPPORT_RING_M
+    low, high = own[:, :2].min(axis=0), own[:, :2].max(axis=0)
 
-    def heights(points: NDArray[np.float64]) -> NDArray[np.float64]:
-        near = ((points[:, :2] > low[:2]) & (points[:, :2] < high[:2])).all(axis=1)
-        return points[near, 2]
+    def heights(points: NDArray[np.float64], reach_m: float) -> NDArray[np.float64]:
+        near = (points[:, :2] > low - reach_m) & (points[:, :2] < high + reach_m)
+        return points[near.all(axis=1), 2]
 
-    drawn, centres = heights(level), heights(splats)
+    drawn, centres = heights(level, SUPPORT_RING_M), heights(splats, SUPPORT_RING_M)
+    # A bottle on a stool has more floor around it than seat, but not beside it.
+    beside = heights(splats, min(SUPPORT_RING_M, float((high - low).max())))
     bottom, sunk = np.quantile(own[:, 2], (TAIL, SUNK_SHARE), method="lower")
     for among, least in ((drawn, MIN_LEVEL_POINTS), (centres, MIN_SUPPORT_SPLATS)):
         for first, last in (
@@ -79,7 +90,16 @@ def support_under(
         ):
             within = among[(among > first) & (among < last)]
             if len(within) >= least:
-                return _lying(centres, at_m=_densest(within))
+                found = _lying(centres, at_m=_densest(within))
+                below = beside[(beside > bottom - BELOW_M) & (beside < last)]
+                if found.spread_m <= SCATTERED_M or len(below) < MIN_SUPPORT_SPLATS:
+                    return found
+                other = _lying(centres, at_m=_densest(below))
+                on = [
+                    int((np.abs(beside - support.height_m) < NEAR_LEVEL_M).sum())
+                    for support in (found, other)
+                ]
+                return other if on[1] > MORE * on[0] else found
     return None
 
 
