@@ -68,7 +68,7 @@ GROWTH = 1.6
 """How much larger the body's area may be in the next ball to be the same body."""
 
 LOOSER = 0.5
-"""Share of what holds a body to the room, at which the same body in a larger ball is more of the
+"""Share of its attachment to the room at which the same body in a larger ball is more of the
 object: a seat's post and base, a table's. Measured on 59 clicks in eight rooms: 0.2 to 0.9 give the
 same within 0.01."""
 
@@ -103,7 +103,7 @@ class _Body:
         clicked: (N,) those at the click.
         radius_m: of the ball.
         openness: links to the outside for each of its cells, and how far it lacks the click.
-        held: strength of the links that it was cut from the room along, of those within it.
+        attachment: strength of the links that it was cut from the room along, of those within it.
     """
 
     cells: SurfaceCells
@@ -112,7 +112,7 @@ class _Body:
     clicked: BoolArray
     radius_m: float
     openness: float
-    held: float
+    attachment: float
 
     @property
     def is_closed(self) -> bool:
@@ -207,7 +207,7 @@ def _closed(
             first, last = first or closed, closed
         elif closed is None or not closed.is_as_large_as(found):
             break
-        elif closed.held < LOOSER * found.held:
+        elif closed.attachment < LOOSER * found.attachment:
             found = closed
     return found or first
 
@@ -259,5 +259,5 @@ def _body_at(cells: SurfaceCells, *, centre: FloatArray, radius_m: float) -> _Bo
         openness = np.inf
     first, second, strength = links
     across, within = labels[first] != labels[second], labels[first] & labels[second]
-    held = float(strength[across].sum() / max(strength[within].sum(), MIN_HOLD))
-    return _Body(cells, labels, inside, clicked, radius_m, openness, held)
+    attachment = float(strength[across].sum() / max(strength[within].sum(), MIN_HOLD))
+    return _Body(cells, labels, inside, clicked, radius_m, openness, attachment)

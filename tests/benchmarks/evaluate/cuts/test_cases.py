@@ -10,6 +10,8 @@ def test_the_product_cuts_a_cube_with_two_boxes(cubes):
     assert (score.room, score.object_id, score.family) == (cubes.folder.name, "red", "cube")
     assert (score.way, score.seconds, score.refused) == ("two_boxes", 2, "")
     assert score.iou > 0.9
+    assert score.iou_by_mesh > 0.9
+    assert score.outline > 0.78
     assert score.missing < 0.05
     assert score.foreign < 0.05
 
