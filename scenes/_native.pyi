@@ -1,4 +1,4 @@
-"""The native crate; called through `scenes.render.native`, `.training` and `tracking.native`."""
+"""The native crate; called through the modules that `pyproject.toml` names."""
 
 from collections.abc import Mapping, Sequence
 from typing import TypedDict
@@ -574,6 +574,28 @@ class RoomLearner:
         The rows of `live` may be apart; `sides` are those of `tracking.learn.surroundings`; a mean
         difference above `level` is a thing.
         """
+
+def swept_depth(
+    grey: NDArray[np.uint8],
+    others: Sequence[tuple[NDArray[np.uint8], Sequence[float], Sequence[float]],],
+    *,
+    inverse: tuple[float, float, int],
+    prices: tuple[int, int, int],
+    margin: float,
+    noise: float,
+) -> NDArray[np.float32]:
+    """Inverse depth of a photo's pixels by others, flat, 0 where it is not known.
+
+    Args:
+        grey: (H, W).
+        others: photos, the (3, 3) turn of (x, y, 1) into their pixels, row by row, and the shift to
+            be added to it per unit of inverse depth; whole numbers are pixel centres.
+        inverse: the first inverse depth that is tried, the step, and how many.
+        prices: of a neighbour at the next depth, at any other, and the difference of grey levels
+            that halves the latter.
+        margin: share by which all other depths have to cost more than the best.
+        noise: grey levels by which neighbours differ without being brighter or darker.
+    """
 
 def cut_out(
     picture: NDArray[np.float32],

@@ -16,7 +16,7 @@ STRICT = (
 )
 EXCEPTIONS = Path(__file__).with_name("strict_exceptions.txt")
 MARK = "# pyright: standard"
-MOST = 96
+MOST = 95
 """Files on the list when it was made. Lower this with every file that leaves it; never raise it."""
 
 

@@ -25,6 +25,8 @@ pub mod gradients;
 
 pub mod train;
 
+pub mod stereo;
+
 pub mod track;
 
 mod python;
@@ -42,6 +44,8 @@ mod _native {
     use crate::python::gradients::{Differentiator, Tape};
     #[pymodule_export]
     use crate::python::probe::Probe;
+    #[pymodule_export]
+    use crate::python::stereo::swept_depth;
     #[pymodule_export]
     use crate::python::still::StillPicture;
     #[pymodule_export]

@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Folders of `src`, the lowest first.
-const LAYERS: [&str; 17] = [
+const LAYERS: [&str; 18] = [
     "machine",
     "camera",
     "scene",
@@ -18,6 +18,7 @@ const LAYERS: [&str; 17] = [
     "render",
     "gradients",
     "train",
+    "stereo",
     "track",
     "track/background",
     "track/fit",

@@ -108,7 +108,7 @@ pub fn prefetch<T>(value: &T) {
 }
 
 #[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma")]
+#[target_feature(enable = "avx2,fma,popcnt")]
 fn run_avx2<R>(work: impl FnOnce() -> R) -> R {
     work()
 }

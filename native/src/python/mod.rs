@@ -8,6 +8,7 @@ pub mod gradients;
 pub mod lens;
 pub mod probe;
 pub mod request;
+pub mod stereo;
 pub mod still;
 pub mod track;
 pub mod train;

@@ -35,7 +35,7 @@ from scenes.render.renderer import RenderOptions
 from scenes.render.training import Exposure, Trainee
 from scenes.splats import SplatCloud
 
-BUILT_IN_VERSION = "built-in 6"
+BUILT_IN_VERSION = "built-in 7"
 """Counted up with every change to what it makes of the same photos."""
 REPORT_EVERY = 20
 """Steps between two reports."""
@@ -44,14 +44,14 @@ LOSS_MEMORY = 0.99
 SAVE_EVERY_S = 60.0
 """Seconds between two checkpoints."""
 STEREO_SHARE = 0.2
-"""Of a training's time that passes before its first step, in depth from photo pairs: 0.2 and 0.27
+"""Of a training's time that passes before its first step, in depth from photos: 0.2 and 0.27
 of the default's processor time with 64 and 84 photos. Only what progress says depends on it."""
 
 
 class BuiltInTrainer:
     """Trains with the native crate; see `scenes.prepare.train.trainer.Trainer`.
 
-    L1 + SSIM, a price on light off the surfaces that photo pairs have seen, Adam for visible splats
+    L1 + SSIM, a price on light off the surfaces that stereo has seen, Adam for visible splats
     only, a ramp of picture sizes, a fixed budget of splats that are split where the error is.
 
     Args:

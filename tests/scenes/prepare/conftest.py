@@ -53,6 +53,19 @@ def speckled():
 @pytest.fixture(scope="session")
 def photographed(raycast, tmp_path_factory) -> Photographed:
     """Twelve photos of a speckled corner with a crate in it, on an arc around it."""
+    poses = {}
+    for k, angle in enumerate(np.linspace(0.1, 0.8, 12)):
+        eye = 3.4 * np.array([np.sin(angle), -np.cos(angle), 0.0]) + [
+            0.6,
+            3.4,
+            1.4 + 0.04 * (k % 3),
+        ]
+        poses[f"{k:02d}.jpg"] = look_at(eye, np.array([1.1, 2.6, 0.9]))
+    return take_photos(raycast, tmp_path_factory.mktemp("photographed"), poses)
+
+
+def take_photos(raycast, folder: Path, poses: dict[str, Pose]) -> Photographed:
+    """Photos of the corner from given places."""
     rng = np.random.default_rng(5)
     meshes = [
         (plane(rng, (0, 0, 0), (4, 0, 0), (0, 4, 0)), Pose.identity()),
@@ -61,19 +74,9 @@ def photographed(raycast, tmp_path_factory) -> Photographed:
         (plane(rng, (1, 2.0, 0.9), (0.9, 0.3, 0), (-0.3, 0.9, 0)), Pose.identity()),
         (plane(rng, (1, 2.0, 0), (0.9, 0.3, 0), (0, 0, 0.9)), Pose.identity()),
     ]
-    folder = tmp_path_factory.mktemp("photographed")
-    poses = {}
-    for k, angle in enumerate(np.linspace(0.1, 0.8, 12)):
-        eye = 3.4 * np.array([np.sin(angle), -np.cos(angle), 0.0]) + [
-            0.6,
-            3.4,
-            1.4 + 0.04 * (k % 3),
-        ]
-        world_from_camera = look_at(eye, np.array([1.1, 2.6, 0.9]))
+    for name, world_from_camera in poses.items():
         picture, _, _ = raycast(meshes, CAMERA, world_from_camera, shade=False)
-        name = f"{k:02d}.jpg"
         cv2.imwrite(str(folder / name), picture[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 95])
-        poses[name] = world_from_camera
     return Photographed(folder, CAMERA, poses)
 
 

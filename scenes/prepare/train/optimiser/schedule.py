@@ -36,7 +36,7 @@ PUT_BACK_EVERY = 4
 """Densifications of which one puts splats back: asking every view is slow."""
 
 DEPTH_PRICE = 3.0
-"""Of light off the surfaces that photo pairs have seen, as `Trainee.step` charges it."""
+"""Of light off the surfaces that stereo has seen, as `Trainee.step` charges it."""
 DEPTH_FALL_FROM, DEPTH_FALL = 0.5, 0.1
 """From this share on it falls, to that share of itself at the end: by then splats lie where they
 should, and stereo's own errors must not stay in the pictures."""
