@@ -1,5 +1,5 @@
 # pyright: standard
-"""Points for what the trainer's stereo cannot see: the way ahead, and the sky.
+"""Points for what the trainer's stereo sees badly outdoors: the way ahead, and the sky.
 
 Photos taken in the direction of walking get their distances by `plane_sweep`; a distance counts if
 another photo's agrees with it. What is blue above the horizon, and clouds in it, is sky: it is put
@@ -22,7 +22,7 @@ from scenes.prepare.reconstruction import Reconstruction
 from scenes.prepare.train.training_photos import Photos
 
 LOOKING_AHEAD = 0.75
-"""Cosine between a photo's axis and the way to the next, from which stereo sees nothing."""
+"""Cosine between a photo's axis and the way to the next, from which what is ahead hardly moves."""
 PICTURE_PX = 320
 """Longest side of the pictures, px."""
 DEPTH_TOLERANCE = 0.02

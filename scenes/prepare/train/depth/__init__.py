@@ -1,5 +1,5 @@
 """Depth that the photos give by themselves, before anything is trained.
 
-`stereo.py` (pairs), `propagated.py` (from neighbouring views), `seen_surfaces.py` (on a surface or
-in front of all).
+`stereo.py` (by other photos), `propagated.py` (from neighbouring views), `seen_surfaces.py` (on a
+surface or in front of all).
 """
