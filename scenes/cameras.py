@@ -97,6 +97,11 @@ class Pinhole:
         )
         return rays / np.linalg.norm(rays, axis=1, keepdims=True)
 
+    def opencv_matrix(self) -> FloatArray:
+        """(3, 3) camera matrix as OpenCV and Open3D have it: whole numbers are pixel centres."""
+        cx, cy = self.cx - 0.5, self.cy - 0.5
+        return np.array([[self.fx, 0.0, cx], [0.0, self.fy, cy], [0.0, 0.0, 1.0]])
+
 
 NO_DISTORTION = (0.0, 0.0, 0.0, 0.0)
 """Coefficients of an equidistant fisheye."""

@@ -101,12 +101,7 @@ def _fuse(depths: Sequence[tuple[Pinhole, Pose, NDArray[np.float32]]]) -> Any:
         if not near.any():
             continue
         picture = o3d.t.geometry.Image(tensor(near))
-        lens = tensor(
-            np.array(
-                [[small.fx, 0, small.cx - 0.5], [0, small.fy, small.cy - 0.5], [0, 0, 1]],
-                dtype=np.float64,
-            )
-        )
+        lens = tensor(small.opencv_matrix())
         camera_from_world = tensor(world_from_camera.inverse().matrix())
         blocks = volume.compute_unique_block_coordinates(picture, lens, camera_from_world, *limits)
         volume.integrate(blocks, picture, lens, camera_from_world, *limits)

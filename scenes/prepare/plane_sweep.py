@@ -231,7 +231,7 @@ def _onto(look: Look, other: Look, plane: FloatArray) -> FloatArray:
     """(3, 3) from the photo's pixels to the other's for points x of the plane `plane` · x = 1."""
     other_from_look = other.world_from_camera.inverse() @ look.world_from_camera
     onto = other_from_look.rotation + np.outer(other_from_look.translation, plane)
-    return _matrix(other.camera) @ onto @ np.linalg.inv(_matrix(look.camera))
+    return other.camera.opencv_matrix() @ onto @ np.linalg.inv(look.camera.opencv_matrix())
 
 
 def _correlation(
@@ -262,8 +262,3 @@ def _moments(grey: GreyPicture) -> tuple[GreyPicture, GreyPicture]:
     mean = np.asarray(cv2.blur(grey, WINDOW), dtype=np.float32)
     square = np.asarray(cv2.blur(grey * grey, WINDOW), dtype=np.float32)
     return mean, np.sqrt(np.maximum(square - mean * mean, 0.0))
-
-
-def _matrix(camera: Pinhole) -> FloatArray:
-    """OpenCV's, whose whole numbers are pixel centres."""
-    return np.array([[camera.fx, 0, camera.cx - 0.5], [0, camera.fy, camera.cy - 0.5], [0, 0, 1.0]])

@@ -90,6 +90,13 @@ def test_pinhole_against_the_formula_and_field_of_view():
     np.testing.assert_allclose(edge, [math.sqrt(0.5), 0, math.sqrt(0.5)], atol=1e-12)
 
 
+def test_opencv_counts_pixels_from_the_middle_of_the_first():
+    camera = Pinhole(40, 30, 50.0, 52.0, 20.0, 15.0)
+    point = np.array([0.1, -0.2, 2.0])
+    x, y, z = camera.opencv_matrix() @ point
+    np.testing.assert_allclose(camera.project(point)[0][0] - 0.5, [x / z, y / z])
+
+
 def test_pinhole_does_not_see_behind_or_outside():
     _, valid = PINHOLE.project([[0.1, 0.1, -1.0], [5.0, 0.0, 1.0], [0.0, 0.0, 1.0]])
     np.testing.assert_array_equal(valid, [False, False, True])

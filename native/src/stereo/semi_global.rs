@@ -106,7 +106,7 @@ fn go_ways<const IS_BACK: bool>(costs: &Costs, grey: &[u8], prices: Prices, sums
     for row in 0..height {
         let y = turned(row, height);
         let y_before = turned(row.saturating_sub(1), height);
-        for column in 0..width {
+        for (column, paths) in here.iter_mut().enumerate() {
             let x = turned(column, width);
             let at = (y * width + x) * count;
             let sum = &mut sums[at..at + count];
@@ -120,7 +120,7 @@ fn go_ways<const IS_BACK: bool>(costs: &Costs, grey: &[u8], prices: Prices, sums
             let before = if column > 0 { &*last } else { &start };
             next.go_on(before, cost, from(y, column.saturating_sub(1)), sum);
             beside.swap(0, 1);
-            for (way, path) in here[column].iter_mut().enumerate() {
+            for (way, path) in paths.iter_mut().enumerate() {
                 let source = (column + way).checked_sub(1).filter(|c| *c < width);
                 match source.filter(|_| row > 0) {
                     Some(c) => path.go_on(&above[c][way], cost, from(y_before, c), sum),

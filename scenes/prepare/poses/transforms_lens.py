@@ -173,14 +173,11 @@ def ignored_keys(keys: Iterable[str]) -> tuple[str, ...]:
 def pinhole_picture(
     picture: NDArray[np.uint8], lens: Distorted
 ) -> tuple[NDArray[np.uint8], Pinhole]:
-    """The picture as a pinhole of the same focal length would have taken it; border pixels repeat.
-
-    OpenCV puts whole numbers at pixel centres, half a pixel less than we do.
-    """
+    """The picture as a pinhole of that focal length would have taken it; border pixels repeat."""
     if not lens.fisheye and not any(lens.coefficients):
         return picture, lens.camera
     c = lens.camera
-    matrix = np.array([[c.fx, 0, c.cx - 0.5], [0, c.fy, c.cy - 0.5], [0, 0, 1]])
+    matrix = c.opencv_matrix()
     maps = (cv2.fisheye if lens.fisheye else cv2).initUndistortRectifyMap(
         matrix,
         np.array(lens.coefficients),

@@ -188,14 +188,9 @@ def _swept(own: _Small, others: Sequence[_Small]) -> DepthMap:
 
 def _seen_from(own: _Small, other: _Small) -> OtherPhoto:
     other_from_own = other.pose.inverse() @ own.pose
-    onto = _matrix(other.camera)
-    turn = onto @ other_from_own.rotation @ np.linalg.inv(_matrix(own.camera))
+    onto = other.camera.opencv_matrix()
+    turn = onto @ other_from_own.rotation @ np.linalg.inv(own.camera.opencv_matrix())
     return OtherPhoto(other.grey, turn, onto @ other_from_own.translation)
-
-
-def _matrix(camera: Pinhole) -> FloatArray:
-    """OpenCV's, whose whole numbers are pixel centres."""
-    return np.array([[camera.fx, 0, camera.cx - 0.5], [0, camera.fy, camera.cy - 0.5], [0, 0, 1.0]])
 
 
 def _read(view: View, points: FloatArray, longest_px: int) -> _Small:
