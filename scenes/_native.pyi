@@ -577,7 +577,7 @@ class RoomLearner:
 
 def swept_depth(
     grey: NDArray[np.uint8],
-    others: Sequence[tuple[NDArray[np.uint8], Sequence[float], Sequence[float]],],
+    others: Sequence[tuple[NDArray[np.uint8], Sequence[float], Sequence[float]]],
     *,
     inverse: tuple[float, float, int],
     prices: tuple[int, int, int],

@@ -15,7 +15,7 @@ IntArray = NDArray[np.int64]
 REACH_PX = 2
 """Half the side of a census's window, px."""
 COUNTED = 3
-"""Other photos that count, the most alike."""
+"""Other photos that count: those most like the photo."""
 UNSEEN = 60
 """Cost of a place that fewer than two others can show."""
 FAR = 2**14 - 1

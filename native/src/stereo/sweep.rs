@@ -9,9 +9,10 @@ use rayon::prelude::*;
 use crate::machine::simd::Simd;
 use crate::stereo::census::{unlike, Census, HalfPixels};
 
-/// Others of which the most alike count.
+/// Others that count: those most like the photo.
 pub const COUNTED: usize = 3;
-/// What a place costs that fewer than two others can show: as much as two pixels by chance.
+/// What a place costs that fewer than two others can show: a little less than three others that look
+/// unlike it by chance, which differ by half of their 48 bits each.
 pub const UNSEEN: u8 = 60;
 /// Of an other photo that does not show a place; more than any that does.
 const OUTSIDE: u8 = u8::MAX;

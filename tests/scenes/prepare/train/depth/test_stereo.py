@@ -1,11 +1,14 @@
 """Depth of photos by other photos, against a room of known planes."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
 
 from scenes.cameras import pixel_centres
 from scenes.frames import look_at
+from scenes.pose import Pose
 from scenes.prepare.reconstruction import Reconstruction, View
 from scenes.prepare.train.depth.stereo import OtherPhoto, inverse_depths, seen_depths
 from tests.scenes.prepare.conftest import take_photos
@@ -61,6 +64,20 @@ def test_photos_along_the_way_forward_give_depth(raycast, tmp_path):
     assert min((seen.depth > 0).mean() for seen in found) > 0.5
     # One in a hundred of what is 4 m away, by 320 pixels.
     assert np.median(off_walls(found)) < 0.045
+
+
+def test_photos_from_the_same_place_take_nobodys_place(corner):
+    """Whoever stands still while filming gives many photos that say nothing about distances."""
+    own = corner.views[0]
+    pose = own.world_from_camera
+    still = [
+        View(f"still-{k}", own.image, own.camera, Pose(pose.rotation, pose.translation + 1e-3 * k))
+        for k in range(1, 10)
+    ]
+    alone = seen_depths(corner, longest_px=320)[0].depth
+    crowded = replace(corner, views=(own, *still, *corner.views[1:]))
+    found = seen_depths(crowded, longest_px=320)[0].depth
+    np.testing.assert_array_equal(found, alone)
 
 
 def test_the_native_sweep_is_the_readable_one():
