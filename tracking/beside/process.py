@@ -30,11 +30,11 @@ from tracking.beside.messages import (
 )
 from tracking.hypotheses.budget import BudgetExhausted, FrameBudget
 
-NICENESS = 5
-"""How much less urgent than the session it is: on two busy cores a third of the tracker's share
-(the kernel's weights are 335 to 1024), and all that is left over. In a live session without a
-headset a search takes 2 to 4 s so; with 0 it takes 2 to 3, and a pose 205 and 274 ms (the 95th
-percentiles of two sessions) for 154."""
+NICENESS = 10
+"""How much less urgent than the session it is: on two busy cores a tenth of the tracker's share
+(the kernel's weights are 110 to 1024), and all that is left over. Live sessions of 50 s, two cores,
+seeds 0 and 5: 787 and 760 pictures tracked for 650 and 659 with 5, a pose 148 and 155 ms for 213
+and 190 (95th percentiles)."""
 
 MAX_WAITING = 3
 """Searches that wait, 0.13 GB each with pictures of 2880 × 1440. A session has two at most, its own

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from devices.hololens.wire.personal_video import VideoRequest
 from scenes.workers.child_process import ChildProcess, module_command, module_environment
-from sim.hololens.drawing.process import SIZE
+from sim.hololens.drawing.process import HEAD
 from sim.hololens.drawing.scenery import DrawnScene, Shot
 
 LEAVING_S = 3.0
@@ -31,9 +31,13 @@ class Drawer:
 
     Args:
         scene: what is drawn.
+
+    Attributes:
+        took_ns: for how long the picture that was taken last was drawn and coded.
     """
 
     def __init__(self, scene: DrawnScene) -> None:
+        self.took_ns = 0
         self._ordered: deque[tuple[int, int]] = deque()
         self._process = ChildProcess(
             module_command("sim.hololens.drawing.process"),
@@ -77,7 +81,7 @@ class Drawer:
             DrawingError: the process has died.
         """
         self._ordered.popleft()
-        (size,) = SIZE.unpack(self._read(SIZE.size))
+        size, self.took_ns = HEAD.unpack(self._read(HEAD.size))
         return bytes(self._read(size))
 
     def close(self) -> None:

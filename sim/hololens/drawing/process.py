@@ -6,9 +6,11 @@ ever unpickled. It ends at the end of its standard input.
 
 from __future__ import annotations
 
+import os
 import pickle
 import struct
 import sys
+import time
 from io import BufferedIOBase
 
 import numpy as np
@@ -20,8 +22,13 @@ from sim.hololens.drawing.encoder import Encoder, encoder_for
 from sim.hololens.drawing.scenery import DrawnScene, Painter, Shot
 from sim.hololens.drawing.time_code import burn
 
-SIZE = struct.Struct("<I")
-"""Before a picture: its bytes."""
+HEAD = struct.Struct("<IQ")
+"""Before a picture: its bytes, and for how long it was drawn and coded, nanoseconds."""
+
+NICENESS = 10
+"""How much less urgent than a session on the same machine: it stands for another one, and draws
+with what is left. On two cores that share all of it a session of 40 s tracks 46 to 114 pictures
+with 0, 223 with 6 and 290 with 10."""
 
 
 def serve(orders: BufferedIOBase, pictures: BufferedIOBase) -> None:
@@ -42,9 +49,11 @@ def serve(orders: BufferedIOBase, pictures: BufferedIOBase) -> None:
                 continue
             if not isinstance(order, Shot):
                 raise TypeError(f"drawing: {type(order).__name__}, wanted a shot")
+            began_ns = time.perf_counter_ns()
             picture = easel.draw(order)
             data = picture.data if encoder is None else encoder.encode(picture)
-            pictures.write(SIZE.pack(memoryview(data).nbytes))
+            took_ns = time.perf_counter_ns() - began_ns
+            pictures.write(HEAD.pack(memoryview(data).nbytes, took_ns))
             pictures.write(data)
             pictures.flush()
     finally:
@@ -84,4 +93,6 @@ if __name__ == "__main__":
     out = sys.stdout.buffer
     sys.stdout = sys.stderr
     widen(out.fileno())
+    if hasattr(os, "nice"):
+        os.nice(NICENESS)
     serve(sys.stdin.buffer, out)  # type: ignore[arg-type]

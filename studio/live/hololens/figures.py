@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from devices.hololens.values import StreamName
 from scenes.pose import Pose
 from studio.console.rows import Row, at_most
 from studio.live.hololens.timing import Durations
@@ -69,6 +70,7 @@ class SimulatedFigures:
 def worn_rows(worn: WornHeadset) -> list[Row]:
     """Return the figures that need no truth; what was not measured is left out."""
     status = worn.status()
+    video = status.headset.streams.get(StreamName.VIDEO)
     rows = [
         *_p95("hololens.video_ms.p95", worn.video_delays, unit="ms", bar=VIDEO_BAR_MS),
         *_p95("hololens.hands_ms.p95", worn.body_delays, unit="ms", bar=BODY_BAR_MS),
@@ -77,6 +79,8 @@ def worn_rows(worn: WornHeadset) -> list[Row]:
         Row("hololens.mesh_step_mm", status.mesh.largest_step_mm, "mm"),
         Row("hololens.display_items", float(status.drawn), ""),
     ]
+    if video is not None:
+        rows.append(Row("hololens.video_pictures", float(video.received), ""))
     if status.origin.sigma_mm is not None:
         rows.append(Row("hololens.origin_sigma_mm", status.origin.sigma_mm, "mm"))
         rows.append(Row("hololens.drift_mm", status.origin.drift_mm, "mm"))

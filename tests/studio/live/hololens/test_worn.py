@@ -108,6 +108,14 @@ def test_figures_are_those_that_were_measured(worn):
     assert row.passed
 
 
+def test_pictures_that_came_from_the_headset_are_counted(headset, worn):
+    assert "hololens.video_pictures" not in {row.name for row in worn_rows(worn)}
+    came = StreamStatus(StreamState.LIVE, "receiving", received=140)
+    headset.said = replace(headset.said, streams={"video": came})
+    row = next(row for row in worn_rows(worn) if row.name == "hololens.video_pictures")
+    assert row.value == 140.0
+
+
 def test_pointing_is_held_against_the_true_leg():
     figures = SimulatedFigures()
     assert simulated_rows(figures, []) == []
