@@ -79,6 +79,17 @@ def test_quaternion_round_trip_near_half_turns(axis, degrees):
     np.testing.assert_allclose(back, rotation, atol=1e-12)
 
 
+@given(seeds)
+def test_one_quaternion_gives_the_bits_that_it_gives_among_others(seed):
+    several = np.random.default_rng(seed).normal(size=(3, 4))
+    for one, among_others in zip(several, rotation_from_quaternion(several), strict=True):
+        np.testing.assert_array_equal(rotation_from_quaternion(one), among_others)
+
+
+def test_a_quaternion_of_no_length_turns_nothing():
+    assert np.isnan(rotation_from_quaternion(np.zeros(4))).all()
+
+
 def test_known_quaternion_turns_x_to_y():
     quarter_about_z = [math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5)]
     a_from_b = Pose.from_quaternion(quarter_about_z)
