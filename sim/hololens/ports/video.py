@@ -43,7 +43,7 @@ is known; what moves is drawn where it is once a picture is ordered."""
 
 REMEMBERED = 16
 """Pictures by which the next are ordered, chosen: of half a second. Where only the lateness of the
-last one counted, in a session that shared two cores one in twenty came 0.5 to 0.8 s late."""
+last one counted, one in twenty came 0.5 to 0.8 s late in three sessions on two busy cores."""
 
 HANG_UP_S = 2.0
 """Longest wait for a client that has said all it can say."""
@@ -83,7 +83,7 @@ class Leads:
         """As long as the slowest `AHEAD` in a row of the last pictures were drawn."""
         took = list(self._took_ns)
         in_a_row = (sum(took[first : first + AHEAD]) for first in range(len(took)))
-        return max(self._least_ns, *in_a_row, 0)
+        return max((self._least_ns, *in_a_row))
 
 
 class VideoPort:
