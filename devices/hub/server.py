@@ -30,7 +30,7 @@ from devices.hub.protocol.messages import Do, Wish
 from devices.hub.protocol.wire import pack_picture
 from devices.hub.roles import Person, Role
 from devices.hub.session import Session
-from devices.hub.site import HEADERS, Site, is_loopback
+from devices.hub.site import HEADERS, Site, defect_line, is_loopback
 from scenes.mesh import CollisionMesh
 from scenes.state import SceneState
 from scenes.workers.task import Task
@@ -359,7 +359,7 @@ class Hub:
         try:
             call()
         except Exception as error:  # noqa: BLE001 - a defect, said; people stay connected
-            self._say(f"people: defect in the hub: {type(error).__name__}")
+            self._say(defect_line(error))
 
     async def _look_for_states(self) -> None:
         while True:
@@ -395,5 +395,4 @@ class Hub:
             self._peers.wake()
 
     def _say_defect(self, _loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
-        error = context.get("exception")
-        self._say(f"people: defect in the hub: {type(error).__name__ if error else 'unknown'}")
+        self._say(defect_line(context.get("exception"), otherwise=str(context.get("message"))))

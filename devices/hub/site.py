@@ -7,6 +7,7 @@ import gzip
 import hashlib
 import ipaddress
 import re
+import traceback
 from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -97,6 +98,21 @@ class _Kept:
     packed: bytes | None
 
 
+def defect_line(error: BaseException | None, *, otherwise: str = "unknown") -> str:
+    """Return a log's line for an error of the hub: its kind and place, no stranger's words.
+
+    Args:
+        error: None where there is none.
+        otherwise: said in its stead.
+    """
+    said = otherwise if error is None else type(error).__name__
+    steps = traceback.extract_tb(None if error is None else error.__traceback__)
+    own = [step for step in steps if Path(step.filename).is_relative_to(Path(__file__).parent)]
+    for word, last in (("at", steps[-1:]), ("from", own[-1:] if own[-1:] != steps[-1:] else [])):
+        said += "".join(f" {word} {Path(step.filename).name}:{step.lineno}" for step in last)
+    return f"people: defect in the hub: {said}"
+
+
 class Site:
     """Answers requests.
 
@@ -133,10 +149,14 @@ class Site:
         except ConnectionError:
             raise
         except Exception as error:  # noqa: BLE001 - a defect, said without a stranger's words
-            self._say(f"people: defect in the hub: {type(error).__name__}")
+            self._say(defect_line(error))
             return _error(500, "the hub has a defect, see its log")
 
     async def _answer(self, request: web.BaseRequest) -> web.StreamResponse:
+        # aiohttp quotes an upgrade's headers in its refusal, which fails where they are no text.
+        if not all(_is_unicode(value) for value in request.headers.values()):
+            self._refuse(request, "a header that is no UTF-8", kind="header")
+            return _error(400, "a header is no UTF-8")
         if not self._is_own_host(_name_of(request.headers.get("Host", ""))):
             self._refuse(request, "a foreign host name", kind="host")
             return _error(421, "this machine has no such name")
@@ -233,6 +253,15 @@ class Site:
 def address_of(request: web.BaseRequest) -> str:
     """Return the address of a client, without its port."""
     return request.remote or "somewhere"
+
+
+def _is_unicode(text: str) -> bool:
+    """Whether a header's text was UTF-8; aiohttp keeps other bytes as surrogates."""
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
 
 
 def _name_of(host: str) -> str:

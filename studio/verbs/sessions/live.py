@@ -167,7 +167,7 @@ def _headless(args: argparse.Namespace) -> int:
     out.mkdir(parents=True, exist_ok=True)
     renderer, clock, tokens = NativeRenderer(), WallClock(), Tokens()
     with ExitStack() as stack:
-        defects = stack.enter_context(Defects())
+        defects = stack.enter_context(Defects(_say))
         hub = _hub(args, scene, clock=clock, stack=stack, tokens=tokens, say=defects.hear)
         setup = setup_of(args)
         wearing = wearing_of(args, setup, scene=scene, clock=clock, hub=hub, stack=stack, say=_say)

@@ -7,6 +7,7 @@ import pytest
 
 from devices.hub.contract import Asset
 from devices.hub.site import is_loopback
+from sim.wire.people_messages import upgrade
 
 SCRIPT = b"let a = 1;\n" * 1000
 
@@ -121,8 +122,20 @@ def test_a_defect_is_said_and_shows_nothing(house):
     status, _headers, body = get(house, "/broken")
     assert status == 500
     assert b"AttributeError" not in body
-    assert house.said[-1] == "people: defect in the hub: AttributeError"
+    assert house.said[-1].startswith("people: defect in the hub: AttributeError at site.py:")
     assert get(house, "/")[0] == 404
+
+
+def test_an_upgrade_with_a_value_that_is_no_text_is_refused_without_a_defect(house):
+    host, port = house.url.split("/")[2].split(":")
+    request, replies = upgrade((host, int(port))), set()
+    for end in [at for at in range(len(request)) if request[at : at + 2] == b"\r\n"][1:-1]:
+        with socket.create_connection((host, int(port)), 5) as wire:
+            wire.sendall(request[: end - 1] + b"\xe4" + request[end:])
+            replies.add(wire.makefile("rb").readline()[9:12])
+    assert replies == {b"400"}
+    assert house.hub.counts().refused == {"header": 5}
+    assert not [line for line in house.said if "defect" in line]
 
 
 def test_headers_without_an_end_and_silence_are_given_up(house, monkeypatch):

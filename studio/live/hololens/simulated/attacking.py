@@ -62,10 +62,15 @@ class Visited:
 
 
 class Defects:
-    """Errors that end threads of this process while it is entered, and those that a hub says."""
+    """Errors that end threads of this process while it is entered, and those that a hub says.
 
-    def __init__(self) -> None:
+    Args:
+        say: takes a hub's lines of errors; none where no hub is attacked.
+    """
+
+    def __init__(self, say: Callable[[str], None] = lambda _line: None) -> None:
         self.count = 0
+        self._say = say
         self._before = threading.excepthook
 
     def __enter__(self) -> Defects:
@@ -78,7 +83,9 @@ class Defects:
 
     def hear(self, line: str) -> None:
         """Take a line of a hub's log."""
-        self.count += DEFECT in line
+        if DEFECT in line:
+            self.count += 1
+            self._say(line)
 
     def _note(self, args: threading.ExceptHookArgs, /) -> None:
         self.count += 1

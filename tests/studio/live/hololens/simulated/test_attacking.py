@@ -72,17 +72,18 @@ def test_a_port_that_nobody_serves_any_more_is_counted(hub):
 
 
 def test_errors_of_threads_and_of_the_hub_are_counted(monkeypatch):
-    said = []
+    said, lines = [], []
     monkeypatch.setattr(threading, "excepthook", said.append)
 
     def fail(_task):
         raise ZeroDivisionError
 
-    with Defects() as defects:
+    with Defects(lines.append) as defects:
         Task("expected", fail, expected=ZeroDivisionError).start().join()
         assert defects.count == 0
         Task("broken", fail).start().join()
         defects.hear("people: defect in the hub: KeyError")
         defects.hear("people: the hub listens")
     assert defects.count == 2
+    assert lines == ["people: defect in the hub: KeyError"], "somebody at the session reads it"
     assert [args.exc_type for args in said] == [ZeroDivisionError], "others hear of it as before"
