@@ -11,7 +11,9 @@ from scenes.pose import Pose, rotation_angle, rotation_from_vector
 from scenes.render.renderer import PosedSplats
 from scenes.splats import SH_C0
 from tests.conftest import raycast_picture
-from tracking.camera.calibration import calibrate
+from tracking.camera import calibration
+from tracking.camera.calibration import BLURS_PX, calibrate
+from tracking.camera.window_slopes import by_slopes
 
 
 @pytest.fixture(scope="module")
@@ -81,6 +83,48 @@ def test_where_it_ends_does_not_depend_on_where_a_bad_scan_and_a_small_lens_begi
         apart = ends[0].inverse() @ end
         assert math.degrees(rotation_angle(apart.rotation)) < 0.03
         assert np.linalg.norm(apart.translation) < 0.001
+
+
+@pytest.fixture
+def rounds(monkeypatch):
+    """Blurs of the rounds that are computed."""
+    blurs_px = []
+
+    def noted(*args, blur_px):
+        blurs_px.append(blur_px)
+        return by_slopes(*args, blur_px=blur_px)
+
+    monkeypatch.setattr(calibration, "by_slopes", noted)
+    return blurs_px
+
+
+def test_a_pose_that_was_just_fitted_is_refined_in_one_round_and_stays(table, filmed, rounds):
+    true = table.physical.world_from_rig
+    turn = rotation_from_vector(np.radians([0.3, -0.3, 0.25]))
+    first = refined(table, filmed(960), true @ Pose(turn, np.array([0.006, -0.006, 0.005])))
+    assert rounds == [*BLURS_PX]
+    rounds.clear()
+    again = refined(table, filmed(960), first.world_from_rig)
+    assert rounds == [BLURS_PX[-1]]
+    apart = first.world_from_rig.inverse() @ again.world_from_rig
+    assert math.degrees(rotation_angle(apart.rotation)) < 0.03
+    assert np.linalg.norm(apart.translation) < 0.001
+    assert again.trusted
+    assert again.found_share == pytest.approx(first.found_share, abs=0.05)
+    assert again.sigma == pytest.approx(first.sigma, rel=0.2)
+
+
+def test_a_pose_that_a_search_does_not_move_but_a_round_does_has_all_rounds(
+    table, filmed, rounds, monkeypatch
+):
+    first = refined(table, filmed(960), table.physical.world_from_rig)
+    rounds.clear()
+    monkeypatch.setattr(calibration, "SEARCHED_TURN_RAD", math.radians(0.5))
+    turn = rotation_from_vector(np.radians([0.1, -0.1, 0.1]))
+    again = refined(table, filmed(960), first.world_from_rig @ Pose(turn, np.zeros(3)))
+    assert rounds == [BLURS_PX[-1], *BLURS_PX]
+    apart = first.world_from_rig.inverse() @ again.world_from_rig
+    assert math.degrees(rotation_angle(apart.rotation)) < 0.03
 
 
 def test_a_pose_from_which_the_room_looks_otherwise_is_refused_with_the_reason(table, filmed):
