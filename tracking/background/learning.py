@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from devices.messages import Frame
 from scenes.cameras import Fisheye
 from tracking.background.images import KNOWN_COVERAGE, BackgroundImages, Exposure, unexposed
-from tracking.background.strips import STRIPS, Strips, strip_of
+from tracking.background.strips import STRIPS, strip_of
 from tracking.kernels.background import LEARNING
 from tracking.kernels.native import RoomLearner
 from tracking.window.window import Layer
@@ -186,11 +186,11 @@ def learn_unscanned(
     rows, columns = np.nonzero(here)
     x, y = (2.0 * columns + 1.0) / width - 1.0, (2.0 * rows + 1.0) / height - 1.0
     shown = (frame.images[lens][rows, columns] / 255.0).astype(np.float32)
-    image, noise = (of[lens].whole().copy() for of in (background.images, background.noise))
-    learned = background.learned[lens].whole() | here
-    image[here] = unexposed(shown, exposure, radius2=(x * x + y * y).astype(np.float32))
+    radius2 = (x * x + y * y).astype(np.float32)
+    image = background.images[lens].with_pixels(here, unexposed(shown, exposure, radius2=radius2))
     # This camera saw it: nothing is misaligned.
-    noise[here] = LEARNING.noise_floor
+    noise = background.noise[lens].with_pixels(here, np.float32(LEARNING.noise_floor))
+    learned = background.learned[lens].with_pixels(here, np.True_)
     coverage = np.where(here, np.float32(1.0), background.coverage[lens])
 
     def with_lens(pictures: tuple[T, ...], picture: T) -> tuple[T, ...]:
@@ -198,9 +198,9 @@ def learn_unscanned(
 
     return replace(
         background,
-        images=with_lens(background.images, Strips[np.float32].of(image)),
-        noise=with_lens(background.noise, Strips[np.float32].of(noise)),
-        learned=with_lens(background.learned, Strips[np.bool_].of(learned)),
+        images=with_lens(background.images, image),
+        noise=with_lens(background.noise, noise),
+        learned=with_lens(background.learned, learned),
         coverage=with_lens(background.coverage, coverage),
     )
 

@@ -72,6 +72,29 @@ class Strips(Generic[Value]):
         """The picture in one piece."""
         return self[:, :]
 
+    def with_pixels(
+        self, where: NDArray[np.bool_], values: NDArray[Value] | Value
+    ) -> Strips[Value]:
+        """The picture with some pixels replaced; strips without any are not copied.
+
+        Args:
+            where: (H, W) which.
+            values: (N,) or (N, C) of those, row by row, or one for all.
+        """
+        parts: list[NDArray[Any]] = []
+        size = (int(np.count_nonzero(where)), *self.shape[2:])
+        new: NDArray[Any] = np.broadcast_to(np.asarray(values), size)
+        top = 0
+        for part in self.parts:
+            here = where[top : top + len(part)]
+            top += len(part)
+            count = int(np.count_nonzero(here))
+            if count:
+                part = part.copy()
+                part[here], new = new[:count], new[count:]
+            parts.append(part)
+        return Strips(self.height, tuple(parts))
+
     def with_rows(self, top: int, rows: NDArray[Value]) -> Strips[Value]:
         """The picture with some rows replaced."""
         if len(rows) == self.height:

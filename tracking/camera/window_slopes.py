@@ -52,14 +52,19 @@ def by_slopes(sight: Sight, world_from_rig: Pose, *, blur_px: float) -> Displace
     residual = live - view.drawn
     (gx, gy), (live_x, live_y) = slopes(view.drawn), slopes(live)
     # The mean of both slopes is right to second order of the displacement.
-    gx, gy = (gx + live_x) * np.float32(0.5), (gy + live_y) * np.float32(0.5)
+    for slope, of_live in ((gx, live_x), (gy, live_y)):
+        slope += of_live
+        slope *= np.float32(0.5) * weight
+    residual *= weight
+    drawn = view.drawn * weight
     usable = _windows(weight)
     share = np.maximum(usable, np.float32(1e-6))
+    product = np.empty_like(weight)
     xx, xy, yy, along_x, along_y, before, power = (
-        np.asarray(_windows(weight * product) / share, dtype=np.float32)
-        for product in (
-            gx * gx, gx * gy, gy * gy, gx * residual, gy * residual,
-            residual * residual, view.drawn * view.drawn,
+        np.asarray(_windows(np.multiply(one, other, out=product)) / share, dtype=np.float32)
+        for one, other in (
+            (gx, gx), (gx, gy), (gy, gy), (gx, residual), (gy, residual),
+            (residual, residual), (drawn, drawn),
         )
     )  # fmt: skip
     textured = (usable > MIN_USABLE) & (xx + yy > MIN_SLOPE**2) & (power > MIN_POWER)
@@ -74,7 +79,7 @@ def by_slopes(sight: Sight, world_from_rig: Pose, *, blur_px: float) -> Displace
     )
     # Windows overlap: each stands for the pixels nearest to it.
     pixels_per_noise = usable[textured] * STRIDE_PX**2 / (noise_area(blur_px) * left)
-    steep = weight * (gx * gx + gy * gy)
+    steep = gx * gx + gy * gy
     nearness = _windows(steep * view.inverse_range)[textured] / _windows(steep)[textured]
     facing = _windows(view.facing)[textured] / share[textured]
     rows, columns = np.nonzero(textured)

@@ -38,3 +38,22 @@ def test_a_strip_is_replaced_without_copying_the_others(index):
     after = before.with_rows(top, np.ones((bottom - top, 4), np.float32))
     kept = [a is b for a, b in zip(before.parts, after.parts, strict=True)]
     assert kept == [k != index for k in range(STRIPS)]
+
+
+@pytest.mark.parametrize("channels", [(), (3,)])
+def test_pixels_are_replaced_without_copying_strips_that_have_none(channels):
+    rng = np.random.default_rng(1)
+    picture = rng.random((61, 9, *channels)).astype(np.float32)
+    before, where = Strips.of(picture), rng.random((61, 9)) < 0.3
+    top, bottom = strip_of(5, 61)
+    where[top:bottom] = False
+    values = rng.random((int(where.sum()), *channels)).astype(np.float32)
+    wanted = picture.copy()
+    wanted[where] = values
+    after = before.with_pixels(where, values)
+    np.testing.assert_array_equal(after.whole(), wanted)
+    np.testing.assert_array_equal(before.whole(), picture)
+    kept = [a is b for a, b in zip(before.parts, after.parts, strict=True)]
+    assert kept == [k == 5 for k in range(STRIPS)]
+    wanted[where] = 7.0
+    np.testing.assert_array_equal(before.with_pixels(where, np.float32(7.0)).whole(), wanted)
