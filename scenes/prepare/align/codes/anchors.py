@@ -188,7 +188,13 @@ def april_tags(grey: NDArray[np.uint8]) -> list[CodeCandidate]:
 
 
 def measure_code(
-    view: str, grey: NDArray[np.uint8], symbol: Symbol, start_px: FloatArray, *, was_read: bool
+    view: str,
+    grey: NDArray[np.uint8],
+    symbol: Symbol,
+    start_px: FloatArray,
+    *,
+    was_read: bool,
+    is_close: bool = False,
 ) -> Sighting | Refusal:
     """Measure a code's corners in a picture: the sighting, or why there is none.
 
@@ -198,6 +204,7 @@ def measure_code(
         symbol: what is printed there.
         start_px: (4, 2) corners, right to half a module.
         was_read: whether the code was read there, not only expected there.
+        is_close: whether the corners are right to a tenth of a module.
     """
     shortest = float(np.linalg.norm(start_px - np.roll(start_px, 1, axis=0), axis=1).min())
     if shortest < MIN_MODULE_PX * symbol.modules:
@@ -206,7 +213,7 @@ def measure_code(
             f"its shortest side is {shortest:.0f} px, limit "
             f"{MIN_MODULE_PX * symbol.modules:.0f}; come nearer or film it less from the side",
         )
-    corners = refine_corners(grey, symbol, start_px)
+    corners = refine_corners(grey, symbol, start_px, is_close=is_close)
     reason = _why_not(corners, start_px, MIN_CORRELATION if was_read else MIN_CORRELATION_UNREAD)
     if corners is None or reason:
         return Refusal(view, reason)

@@ -62,13 +62,16 @@ class Corners:
     blur_modules: float
 
 
-def refine_corners(grey: NDArray[np.uint8], symbol: Symbol, start_px: FloatArray) -> Corners | None:
+def refine_corners(
+    grey: NDArray[np.uint8], symbol: Symbol, start_px: FloatArray, *, is_close: bool = False
+) -> Corners | None:
     """Measure the corners, starting within about half a module of them.
 
     Args:
         grey: (H, W) sRGB-coded luminance.
         symbol: what is printed there.
         start_px: (4, 2) rough corners, in the order of `Corners.pixels`.
+        is_close: whether they are right to a tenth of a module: no rough fit then.
 
     Returns:
         None if the steps lead nowhere: the symbol is not there, covered, or leaves the picture.
@@ -92,8 +95,12 @@ def refine_corners(grey: NDArray[np.uint8], symbol: Symbol, start_px: FloatArray
         light = cv2.resize(light, size, interpolation=cv2.INTER_AREA)
     fit = _Fit(symbol, np.asarray(light, dtype=np.float32))
     corners = start_px / shrink - low
-    rough = fit.run(corners, soften_px=0.45 * module_px)
-    found = fit.run(rough.pixels, soften_px=0.0) if rough is not None else None
+    if not is_close:
+        rough = fit.run(corners, soften_px=0.45 * module_px)
+        if rough is None:
+            return None
+        corners = rough.pixels
+    found = fit.run(corners, soften_px=0.0)
     if found is None:
         return None
     return Corners(

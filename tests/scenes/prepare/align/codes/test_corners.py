@@ -3,6 +3,7 @@ import pytest
 
 from scenes.prepare.align.codes.corners import (
     _along_corners,
+    _Fit,
     _homography,
     _map,
     refine_corners,
@@ -32,6 +33,28 @@ def test_corners_are_found_to_hundredths_of_a_pixel(symbol, side_px, tilt_deg, b
         # The uncertainty it states is honest: not one in a hundred beyond four sigmas.
         assert (np.abs(errors[-1]) < 4 * found.sigma_px[:, None]).all()
     assert np.sqrt(np.mean(np.square(errors))) < limit_px
+
+
+@pytest.mark.parametrize("side_px", [45, 120])
+def test_from_close_by_the_same_corners_are_found_without_a_rough_fit(side_px, monkeypatch):
+    rng, softened = np.random.default_rng(7), []
+    corners = tilted_corners(side_px, 30, rng)
+    photo = photo_of(CODE, corners, rng, blur_px=0.8)
+    start = corners + rng.normal(0, 0.1 * side_px / CODE.modules, (4, 2))
+    wanted = refine_corners(photo, CODE, start)
+    run = _Fit.run
+
+    def noted(fit, corners_px, *, soften_px):
+        softened.append(soften_px)
+        return run(fit, corners_px, soften_px=soften_px)
+
+    monkeypatch.setattr(_Fit, "run", noted)
+    found = refine_corners(photo, CODE, start, is_close=True)
+    assert softened == [0.0]
+    assert wanted is not None
+    assert found is not None
+    np.testing.assert_allclose(found.pixels, wanted.pixels, atol=0.01)
+    np.testing.assert_allclose(found.sigma_px, wanted.sigma_px, rtol=0.1)
 
 
 def test_a_large_code_is_measured_as_well_at_a_fraction_of_its_size():
