@@ -176,26 +176,20 @@ def _rows_of(wxyz: Iterable[Any]) -> list[list[Any]]:
 
 def quaternion_from_rotation(rotation: NDArray[np.float64]) -> NDArray[np.float64]:
     """(3, 3) rotation to a unit quaternion (w, x, y, z) with w >= 0 (Shepperd's method)."""
-    r = rotation
-    squares = np.array(
-        [
-            1 + r[0, 0] + r[1, 1] + r[2, 2],
-            1 + r[0, 0] - r[1, 1] - r[2, 2],
-            1 - r[0, 0] + r[1, 1] - r[2, 2],
-            1 - r[0, 0] - r[1, 1] + r[2, 2],
-        ]
-    )
-    largest = int(np.argmax(squares))
+    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = rotation.tolist()
+    squares = (1 + xx + yy + zz, 1 + xx - yy - zz, 1 - xx + yy - zz, 1 - xx - yy + zz)
+    largest = squares.index(max(squares))
     if largest == 0:
-        q = np.array([squares[0], r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]])
+        parts = [squares[0], zy - yz, xz - zx, yx - xy]
     elif largest == 1:
-        q = np.array([r[2, 1] - r[1, 2], squares[1], r[0, 1] + r[1, 0], r[0, 2] + r[2, 0]])
+        parts = [zy - yz, squares[1], xy + yx, xz + zx]
     elif largest == 2:
-        q = np.array([r[0, 2] - r[2, 0], r[0, 1] + r[1, 0], squares[2], r[1, 2] + r[2, 1]])
+        parts = [xz - zx, xy + yx, squares[2], yz + zy]
     else:
-        q = np.array([r[1, 0] - r[0, 1], r[0, 2] + r[2, 0], r[1, 2] + r[2, 1], squares[3]])
-    q = q / np.linalg.norm(q)
-    return -q if q[0] < 0 else q
+        parts = [yx - xy, xz + zx, yz + zy, squares[3]]
+    q = np.array(parts)
+    length = math.sqrt(q.dot(q))
+    return q / (-length if parts[0] < 0 else length)
 
 
 def rotation_from_vector(rotation_vector: ArrayLike) -> NDArray[np.float64]:

@@ -61,7 +61,8 @@ RSS_BAR_PERCENT = 2.0
 STREAM_S = 900.0
 """Longest that the simulated camera may take to draw its film, seconds."""
 
-POLL_S = 0.2
+POLL_S = 0.5
+"""Seconds between two looks at the session, as at a simulated crowd's."""
 
 Say = Callable[[str], None]
 

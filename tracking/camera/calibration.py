@@ -160,13 +160,13 @@ def calibrate(
     searched, _ = _move(nominal, found, nominal, prior)
 
     def fitted(
-        pose: Pose, blurs_px: tuple[float, ...]
+        world_from_rig: Pose, blurs_px: tuple[float, ...]
     ) -> tuple[Pose, NDArray[np.float64], list[Displacements]]:
         information, seen = prior, found
         for blur_px in blurs_px:
-            seen = [by_slopes(sight, pose, blur_px=blur_px) for sight in sights]
-            pose, information = _move(pose, seen, nominal, prior)
-        return pose, information, seen
+            seen = [by_slopes(sight, world_from_rig, blur_px=blur_px) for sight in sights]
+            world_from_rig, information = _move(world_from_rig, seen, nominal, prior)
+        return world_from_rig, information, seen
 
     if _is_within(nominal, searched, turn_rad=SEARCHED_TURN_RAD, shift_m=SEARCHED_SHIFT_M):
         # As right as a search can tell, as where lenses were just fitted: the finest round first.
