@@ -30,12 +30,6 @@ from tracking.beside.messages import (
 )
 from tracking.hypotheses.budget import BudgetExhausted, FrameBudget
 
-NICENESS = 10
-"""How much less urgent than the session it is: on two busy cores a tenth of the tracker's share
-(the kernel's weights are 110 to 1024), and all that is left over. Live sessions of 50 s, two cores,
-seeds 0 and 5: 787 and 760 pictures tracked for 650 and 659 with 5, a pose 148 and 155 ms for 213
-and 190 (95th percentiles)."""
-
 MAX_WAITING = 3
 """Searches that wait, 0.13 GB each with pictures of 2880 × 1440. A session has two at most, its own
 and that of settings tried beside, and one that it has just given up."""
@@ -113,12 +107,12 @@ def _answer(parts: Sequence[Part], is_given_up: Callable[[], bool]) -> list[Part
         return encoded(Answer(None, traceback.format_exc(limit=-3)))
 
 
-def main() -> None:
+def main(niceness: int) -> None:
     """Serve stdin and stdout; whatever else prints goes to stderr."""
     # Ctrl-C in a terminal is for the session, which ends this with its pipes.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if hasattr(os, "nice"):
-        os.nice(NICENESS)
+        os.nice(niceness)
     share_one_heap()
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
@@ -132,4 +126,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    main(int(sys.argv[1]))

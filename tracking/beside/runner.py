@@ -45,9 +45,9 @@ class _Process:
     Its threads only wait for the pipes, so that a session is never late for a picture of 12 MB.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, niceness: int) -> None:
         self._process = ChildProcess(
-            module_command("tracking.beside.process"),
+            module_command("tracking.beside.process", str(niceness)),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             environment=module_environment(),
@@ -126,9 +126,13 @@ class SearchBesideFrames:
     """Computes searches in another process; a frame only begins one, or takes its result.
 
     It is started by `start` or the first search, and again if it dies.
+
+    Args:
+        niceness: how much less urgent than the session the process is.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, niceness: int = 0) -> None:
+        self._niceness = niceness
         self._in_frames = SearchInFrames()
         self._deaths = 0
         self._number = self._first = 1
@@ -138,7 +142,7 @@ class SearchBesideFrames:
     def start(self) -> None:
         """Start the process, for the first search not to wait for it, unless it dies often."""
         if self._process is None and self._deaths < MAX_DEATHS:
-            self._process = _Process()
+            self._process = _Process(self._niceness)
 
     def advance(
         self, progress: Progress, work: Work[T], *, budget_ms: float

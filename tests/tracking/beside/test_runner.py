@@ -65,6 +65,18 @@ def test_a_search_is_computed_elsewhere_while_frames_go_on(runner):
     assert result_of(runner, process_id)[0] == number
 
 
+@pytest.mark.skipif(not hasattr(os, "getpriority"), reason="this system has no niceness")
+@pytest.mark.parametrize("niceness", [0, 10])
+def test_it_is_as_urgent_as_is_asked_for(niceness):
+    runner = SearchBesideFrames(niceness)
+    try:
+        number, _ = result_of(runner, process_id)
+        own = os.getpriority(os.PRIO_PROCESS, 0)
+        assert os.getpriority(os.PRIO_PROCESS, number) == min(own + niceness, 19)
+    finally:
+        runner.close()
+
+
 @pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="/proc says how much is used")
 def test_nothing_of_a_search_stays_in_memory(runner):
     """Neither what came with it nor the many arrays that it made."""
