@@ -28,8 +28,8 @@ BLURS_PX = (1.5, 1.0, 0.8)
 instead of 0.8, or a fourth round, changes what is left in five rooms by 0.02° at most."""
 
 SEARCHED_TURN_RAD, SEARCHED_SHIFT_M = np.deg2rad(0.07), 0.004
-"""What a search leaves of a pose: from 33 of 36 starts in six random rooms up to 0.063° and
-3.3 mm, from three, 0.5° off in lenses of 640 px, up to 0.089°."""
+"""Turn and shift that a search leaves of a pose: from 33 of 36 starts in six random rooms up to
+0.063° and 3.3 mm, from three, 0.5° off in lenses of 640 px, up to 0.089°."""
 
 SETTLED_TURN_RAD, SETTLED_SHIFT_M = np.deg2rad(0.03), 0.002
 """Motion of a finest round up to which it was enough. From starts 0.02° to 0.1° off in the room lab
